@@ -2,8 +2,8 @@
 
 60E1, 1:40, S1002, 100 kN, at a tread position (3 mm) and at the two-lobed one (0 mm): the cut planes moved out by half,
 those of the rail's base, of both bodies' ends and of the rim, and three resolutions. Expected: a cut plane changes peak
-pressure, area and half-widths by 0.1 to 0.2 % at most, which is what the stated uncertainty has of them. The approach
-is another matter: it grows with the bodies, as it must, so that it has no uncertainty. The reference of a patch that is
+pressure, area and half-widths by 0.1 to 0.2 % at most, the contribution of cut planes to the stated uncertainty.
+The approach must grow with the bodies, and therefore has no stated uncertainty. The reference of a patch that is
 no ellipse is the half-space under the true gap with three times the nodes: two lobes (-0.5 mm), a patch over a junction
 (0.25 and 2.5 mm) and a thin tail (4 mm), whose area is the only thing that takes more than 32 nodes a semi-axis to some
 1e-4.
@@ -30,12 +30,12 @@ from fecontact.solving.position import make_true_gap
 
 RESOLUTION_PERCENT = {"standard": 0.2, "quick": 0.3}
 MEASURES = {"p_max": "MPa", "area": "mm2", "a": "mm", "b": "mm"}
-# What the stated uncertainty has of the cut planes.
+# Contribution of the cut planes to the stated uncertainty.
 STATED_PERCENT = {m: 100.0 * CUT_PLANE_UNCERTAINTY[f"{m}_{unit}"] for m, unit in MEASURES.items()}
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
-# On a half-space with 32 nodes a semi-axis against one with 96; reached are 0.009, 0.01 and 0.007 %, and of the area
-# 0.13 % over a junction and 0.33 % with a thin tail.
+# A half-space with 32 nodes per semi-axis against one with 96. Peak, a and b reach 0.009, 0.01 and 0.007 %; the area
+# reaches 0.13 % over a junction and 0.33 % with a thin tail.
 NODES_PERCENT = {"p_max": 0.02, "area": 0.4, "a": 0.02, "b": 0.01}
 MORE_NODES = 3
 NODES_SHIFTS_MM = (2.5, -0.75, 0.25, 4.0)
@@ -43,16 +43,19 @@ CUTS = ("rail_depth_mm", "half_length_mm", "rim_thickness_mm")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """A base case and one case a cut plane at each position, then the other resolutions; two cuts at `quick`."""
-    made = []
+    """Base case and cases with moved cut planes at each position, then two more resolutions.
+
+    At `quick` there are two cut planes, one position and no more resolutions.
+    """
+    case_list = []
     for shift in (3.0,) if quick else (3.0, 0.0):
         base = Case(lateral_shift_mm=shift, roll="given", refine="never")
-        made.append(base)
-        moved = CUTS[:2] if quick else CUTS
-        made += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in moved]
+        case_list.append(base)
+        cuts = CUTS[:2] if quick else CUTS
+        case_list += [replace(base, size=replace(BodySize(), **{cut: 1.5 * getattr(BodySize(), cut)})) for cut in cuts]
         if not quick:
-            made += [replace(base, resolution="standard"), replace(base, resolution="fine")]
-    return made
+            case_list += [replace(base, resolution="standard"), replace(base, resolution="fine")]
+    return case_list
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
@@ -60,58 +63,63 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     lines = []
     size = 6 if len(rows) > 3 else 3
     for start in range(0, len(rows), size):
-        base, *others = rows[start : start + size]
+        base, *changed_rows = rows[start : start + size]
         names = (*CUTS, "standard", "fine")
-        for name, row in zip(names, others, strict=False):
-            what = f"{name} times 1.5" if name in CUTS else f"resolution {name}"
+        for name, row in zip(names, changed_rows, strict=False):
+            label = f"{name} times 1.5" if name in CUTS else f"resolution {name}"
             changes = ", ".join(
                 f"{measure} {100.0 * (float(row[column]) / float(base[column]) - 1.0):+.3f} %"
                 for measure, column in ((m, f"fe_{m}_{unit}") for m, unit in MEASURES.items())
             )
-            lines.append(f"shift {base['lateral_shift_mm']:g} mm, {what}: {changes}")
+            lines.append(f"shift {base['lateral_shift_mm']:g} mm, {label}: {changes}")
     return "\n".join(lines)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Each measure against the same case with a cut plane moved out, and against the finest resolution."""
+    """Checks of each measure against moved cut planes and the finest resolution."""
     by_case = {make_case_id(case): case for quick in (False, True) for case in cases(quick)}
-    solved = [(by_case[row["id"]], row) for row in rows]
-    made = []
-    for case, row in solved:
-        # what it is checked against: a base case the finest mesh, a moved cut plane its base case
-        moved = [cut for cut in CUTS if getattr(case.size, cut) != getattr(BodySize(), cut)]
-        wanted = replace(case, size=BodySize()) if moved else replace(case, resolution="fine")
-        name = f"{moved[0]} times 1.5" if moved else str(case.resolution)
-        reference = [other for its, other in solved if its == wanted and its != case]
-        if not reference:
+    case_rows = [(by_case[row["id"]], row) for row in rows]
+    measure_checks = []
+    for case, row in case_rows:
+        # a base case is compared with the finest mesh, a case with a moved cut plane with its base case
+        moved_cuts = [cut for cut in CUTS if getattr(case.size, cut) != getattr(BodySize(), cut)]
+        reference_case = replace(case, size=BodySize()) if moved_cuts else replace(case, resolution="fine")
+        name = f"{moved_cuts[0]} times 1.5" if moved_cuts else str(case.resolution)
+        reference_rows = [
+            reference_row for row_case, reference_row in case_rows if row_case == reference_case and row_case != case
+        ]
+        if not reference_rows:
             continue
-        made += [
+        measure_checks += [
             Check(
                 quantity=f"{measure}, {unit}",
                 case=f"shift {case.lateral_shift_mm:+g} mm, {name}",
-                reference="cut planes where they are" if moved else "resolution fine",
+                reference="cut planes where they are" if moved_cuts else "resolution fine",
                 kind="invariant",
                 value=float(row[f"fe_{measure}_{unit}"]),
-                expected=float(reference[0][f"fe_{measure}_{unit}"]),
-                limit_percent=STATED_PERCENT[measure] if moved else RESOLUTION_PERCENT[str(case.resolution)],
+                expected=float(reference_rows[0][f"fe_{measure}_{unit}"]),
+                limit_percent=STATED_PERCENT[measure] if moved_cuts else RESOLUTION_PERCENT[str(case.resolution)],
                 uncertainty_percent=float(row[f"hertz_uncertainty_{measure}_percent"]),
             )
             for measure, unit in MEASURES.items()
         ]
     return [
-        *made,
+        *measure_checks,
         *_nodes_checks(quick=len(rows) <= len(cases(quick=True))),
         *compare_discretisation(rows, DISCRETISATION_PERCENT),
     ]
 
 
 def _nodes_checks(quick: bool) -> list[Check]:
-    """Measures of patches that are no ellipses, on a half-space with the nodes of the product and with more."""
-    made = []
+    """Checks of patches that are not ellipses, on half-spaces with more nodes.
+
+    The reference has three times the nodes of the product.
+    """
+    node_checks = []
     for shift in NODES_SHIFTS_MM[: 1 if quick else None]:
         case = Case(lateral_shift_mm=shift, roll="given")
         true_gap = make_true_gap(case, place_case(case))
-        own, finer = (
+        measures, finer_measures = (
             read_measures(
                 find_expected_patch(
                     true_gap, case.load_N, half=case.half, nodes=count * case.nodes_a_semi_axis
@@ -119,19 +127,19 @@ def _nodes_checks(quick: bool) -> list[Check]:
             ).as_dict()
             for count in (1, MORE_NODES)
         )
-        made += [
+        node_checks += [
             Check(
                 quantity=f"{measure} on the half-space, {unit}",
                 case=f"shift {shift:+g} mm",
                 reference=f"half-space of {MORE_NODES * case.nodes_a_semi_axis} nodes a semi-axis",
                 kind="invariant",
-                value=own[f"{measure}_{unit}"],
-                expected=finer[f"{measure}_{unit}"],
+                value=measures[f"{measure}_{unit}"],
+                expected=finer_measures[f"{measure}_{unit}"],
                 limit_percent=NODES_PERCENT[measure],
             )
             for measure, unit in MEASURES.items()
         ]
-    return made
+    return node_checks
 
 
 def main() -> None:

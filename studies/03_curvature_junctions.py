@@ -1,8 +1,8 @@
 """How far from a curvature junction must the touch point be for Hertz to hold?
 
 A wheel that is flat across (radius 460 mm) on two tangent arcs, R 300 / R 80 and R 80 / R 13 as on the head of 60E1;
-the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. Nothing else is there that Hertz
-does not know: no change of curvature in the wheel, no second patch on another part of the head.
+the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. No other effect violates Hertz's
+assumptions: no change of curvature in the wheel, no second patch on a different part of the head.
 
 Reference: the finite elements of this package, whose deviation from Hertz far from the junction is the check (there
 it must vanish up to the finite bodies). Expected: the error depends on the distance over Hertz's semi-axis, and on
@@ -25,19 +25,19 @@ from fecontact.regression.checks import Check, compare_discretisation, compare_w
 PAIRS = ((300, 80), (80, 13))
 DISTANCES_MM = (0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0)
 LOADS_KN = (20.0, 100.0)
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
-# Far from the junction: bodies that are no half-spaces.
+# Far from the junction: the bodies are not half-spaces.
 FAR_PERCENT = 0.7
 PEAK_LIMIT_PERCENT = 5.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Both pairs, sides and loads; or three distances on the flatter arc of one pair."""
+    """Cases of both pairs, sides and loads; or three distances on a flatter arc."""
     if quick:
         return [_case((300, 80), distance, 100.0) for distance in (8.0, 2.0, 0.0)]
-    both = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
-    return [_case(pair, distance, load) for pair in PAIRS for load in LOADS_KN for distance in both]
+    signed_distances = [*(-distance for distance in reversed(DISTANCES_MM)), 0.0, *DISTANCES_MM]
+    return [_case(pair, distance, load) for pair in PAIRS for load in LOADS_KN for distance in signed_distances]
 
 
 def _case(pair: tuple[int, int], distance_mm: float, load_kN: float) -> Case:
@@ -46,13 +46,13 @@ def _case(pair: tuple[int, int], distance_mm: float, load_kN: float) -> Case:
         wheel="cylinder:460",
         inclination_rad=0.0,
         load_N=1e3 * load_kN,
-        # the curve is wanted, not each verdict
+        # the study needs the curve, not each verdict
         refine="never",
     )
 
 
 def distance_mm(row: dict[str, Any]) -> float:
-    """Distance of a row's touch point from the junction, positive on the flatter arc."""
+    """Distance of the contact point of a row from the junction, positive on the flatter arc."""
     return float(str(row["rail"]).partition("@")[2])
 
 
@@ -60,25 +60,28 @@ Series = dict[tuple[str, float, str], tuple[np.ndarray, ...]]
 
 
 def series(rows: list[dict[str, Any]]) -> Series:
-    """By pair, load and arc: distance over Hertz's semi-axis, then what `_numbers` takes of each row."""
-    found = {}
+    """Curves over the distance from the junction, by pair, load and arc.
+
+    Each curve is the distance over Hertz's semi-axis, then the columns of `_numbers`.
+    """
+    curves = {}
     for pair, load in dict.fromkeys((str(row["rail"]).partition("@")[0], float(row["load_kN"])) for row in rows):
         for arc, sign in (("flatter", 1.0), ("tighter", -1.0)):
-            # the junction itself has no ellipse of its own
-            own = sorted(
+            # at the junction itself Hertz's ellipse is not defined for either arc
+            points = sorted(
                 (sign * distance_mm(row) / float(row["hertz_b_mm"]), *_numbers(row))
                 for row in rows
                 if str(row["rail"]).startswith(f"{pair}@")
                 and float(row["load_kN"]) == load
                 and sign * distance_mm(row) > 0.0
             )
-            if own:
-                found[pair, load, arc] = tuple(np.array(column) for column in zip(*own, strict=True))
-    return found
+            if points:
+                curves[pair, load, arc] = tuple(np.array(column) for column in zip(*points, strict=True))
+    return curves
 
 
 def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
-    """Deviation of the peak and its uncertainty in %, and the largest of all measures in parts of its limit."""
+    """Deviation of the peak and its uncertainty in %, and the largest limit utilisation."""
     return tuple(
         float(row[name])
         for name in ("hertz_deviation_p_max_percent", "hertz_uncertainty_p_max_percent", "verdict_limit_used")
@@ -86,9 +89,10 @@ def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
 
 
 def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
-    """Distance over the semi-axis beyond which a deviation stays within its limit; straight between the points.
+    """Distance over the semi-axis beyond which a deviation stays within its limit.
 
-    0 if it is within the limit everywhere, infinite if it is not at the farthest point.
+    The deviation is interpolated linearly between the points. 0 if it is within the limit everywhere, infinite if it is
+    not at the farthest point.
     """
     outside = np.flatnonzero(np.abs(deviation) > limit)
     if outside.size == 0:
@@ -96,20 +100,23 @@ def reach(distance: np.ndarray, deviation: np.ndarray, limit: float) -> float:
     last = int(outside[-1])
     if last == distance.size - 1:
         return float("inf")
-    here, there = np.abs(deviation[last : last + 2])
-    return float(np.interp(limit, [there, here], [distance[last + 1], distance[last]]))
+    last_outside, first_inside = np.abs(deviation[last : last + 2])
+    return float(np.interp(limit, [first_inside, last_outside], [distance[last + 1], distance[last]]))
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Rule of thumb for either arc with its scatter over radii and loads; figure junctions.png."""
-    found = series(rows)
-    figure(found, out / "junctions.png")
+    """Rule of thumb for either arc with its scatter over radii and loads.
+
+    Draws the figure junctions.png.
+    """
+    curves = series(rows)
+    figure(curves, out / "junctions.png")
     lines = [
         "pair         load kN  touch on  peak within 5 %      all measures  largest error of the peak  at the far end"
     ]
     reached: dict[str, list[float]] = {}
-    for (pair, load, arc), (distance, peak, _, used) in found.items():
-        limits = (reach(distance, peak, PEAK_LIMIT_PERCENT), reach(distance, used, 1.0))
+    for (pair, load, arc), (distance, peak, _, limit_utilisation) in curves.items():
+        limits = (reach(distance, peak, PEAK_LIMIT_PERCENT), reach(distance, limit_utilisation, 1.0))
         reached.setdefault(arc, []).append(limits[1])
         texts = (f"beyond {limit:.2f} b" if np.isfinite(limit) else "nowhere" for limit in limits)
         worst = peak[np.argmax(np.abs(peak))]
@@ -130,9 +137,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressure where the junction is farther than two semi-axes away: there Hertz is exact but for the bodies.
+    """Checks of the peak pressure far from the junction, and of the lowest rung.
 
-    And the lowest rung of the ladder, which is exact everywhere.
+    Farther than two semi-axes from the junction Hertz is exact except for the bodies. The lowest rung of the ladder is
+    exact everywhere.
     """
     far = [
         compare_with_hertz(row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FAR_PERCENT)
@@ -142,8 +150,8 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     return [*far, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
-def figure(found: Series, path: Path) -> None:
-    """Error of Hertz's peak pressure, and the worst measure, over the distance from the junction."""
+def figure(curves: Series, path: Path) -> None:
+    """Draw Hertz's error of the peak and the worst measure over the distance from the junction."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
         SERIES_MARKS,
@@ -154,11 +162,11 @@ def figure(found: Series, path: Path) -> None:
     )
 
     picture = blank_figure(8.0, 7.0)
-    above, below = picture.subplots(2, 1, sharex=True)
-    above.axhspan(-PEAK_LIMIT_PERCENT, PEAK_LIMIT_PERCENT, color="0.92")
-    below.axhspan(0.0, 1.0, color="0.92")
-    pairs, loads = (list(dict.fromkeys(key[k] for key in found)) for k in (0, 1))
-    for (pair, load, arc), (distance, peak, uncertainty, used) in found.items():
+    peak_axes, measure_axes = picture.subplots(2, 1, sharex=True)
+    peak_axes.axhspan(-PEAK_LIMIT_PERCENT, PEAK_LIMIT_PERCENT, color="0.92")
+    measure_axes.axhspan(0.0, 1.0, color="0.92")
+    pairs, loads = (list(dict.fromkeys(key[k] for key in curves)) for k in (0, 1))
+    for (pair, load, arc), (distance, peak, uncertainty, limit_utilisation) in curves.items():
         sign = 1.0 if arc == "flatter" else -1.0
         style = {
             "color": SERIES_COLOURS[pairs.index(pair) % len(SERIES_COLOURS)],
@@ -169,17 +177,19 @@ def figure(found: Series, path: Path) -> None:
             "lw": 1,
         }
         label = f"R {pair.removeprefix('arcs:').replace('/', ' / R ')}, {load:g} kN" if arc == "flatter" else None
-        above.errorbar(sign * distance, peak, uncertainty, label=label, **style)
-        below.plot(sign * distance, used, **style)
-    for axes in (above, below):
+        peak_axes.errorbar(sign * distance, peak, uncertainty, label=label, **style)
+        measure_axes.plot(sign * distance, limit_utilisation, **style)
+    for axes in (peak_axes, measure_axes):
         axes.axvline(0.0, color="0.4", lw=0.8)
-    add_grid(above, below)
-    below.set_xlim(-4.0, 4.0)
-    set_plain_log_scale(below, "y")
-    below.set_xlabel("distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)")
-    above.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
-    below.set_ylabel("worst measure / its limit")
-    above.legend(fontsize=9)
+    add_grid(peak_axes, measure_axes)
+    measure_axes.set_xlim(-4.0, 4.0)
+    set_plain_log_scale(measure_axes, "y")
+    measure_axes.set_xlabel(
+        "distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)"
+    )
+    peak_axes.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
+    measure_axes.set_ylabel("worst measure / its limit")
+    peak_axes.legend(fontsize=9)
     save_figure(picture, path)
 
 

@@ -26,7 +26,7 @@ from fecontact.regression.checks import Check, compare_discretisation
 
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 13))
 LOADS_KN = (50.0, 100.0)
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
@@ -43,7 +43,7 @@ def truth(value: Any) -> bool:
 
 
 MEASURES: dict[str, tuple[str, Callable[[dict[str, Any]], float]]] = {
-    # larger means: Hertz should fail
+    # Hertz should fail at larger values
     "nearness of a junction": (
         "b / distance",
         lambda row: 1.0 / max(float(row["geometry_junction_distance_over_b"]), 1e-6),
@@ -59,18 +59,18 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     fails = [row["verdict_answer"] == "FAILS" for row in decided]
     lines = [f"{len(decided)} of {len(rows)} cases are decided, {len(rows) - len(decided)} UNRESOLVED."]
     lines += ["                                  FAILS  HOLDS"]
-    for name, wanted in (("patch covers a junction", True), ("patch covers no junction", False)):
+    for name, covers in (("patch covers a junction", True), ("patch covers no junction", False)):
         counts = [
-            sum(f == failed and c == wanted for f, c in zip(fails, crossing, strict=True)) for failed in (True, False)
+            sum(f == failed and c == covers for f, c in zip(fails, crossing, strict=True)) for failed in (True, False)
         ]
         lines.append(f"{name:32} {counts[0]:6d} {counts[1]:6d}")
     for failed, text in (
         (False, "Holds although the patch covers a junction"),
         (True, "Fails although it covers none"),
     ):
-        found = [row for row, f, c in zip(decided, fails, crossing, strict=True) if f == failed and c != failed]
-        if found:
-            lines.append(f"{text}: {', '.join(_name(row) for row in found)}.")
+        exceptions = [row for row, f, c in zip(decided, fails, crossing, strict=True) if f == failed and c != failed]
+        if exceptions:
+            lines.append(f"{text}: {', '.join(_name(row) for row in exceptions)}.")
     for name, (unit, measure) in MEASURES.items():
         values = np.array([measure(row) for row in decided])
         threshold, right = best_threshold(values, np.array(fails))
@@ -86,7 +86,7 @@ def _name(row: dict[str, Any]) -> str:
 
 
 def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
-    """Threshold above which most cases fail and below which most hold, and how many cases it sorts right."""
+    """Threshold that separates failing from holding cases best, and its number of right answers."""
     if values.size == 0:
         return float("nan"), 0
     ordered = np.unique(values)
@@ -97,7 +97,7 @@ def best_threshold(values: np.ndarray, fails: np.ndarray) -> tuple[float, int]:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """The worst measure over the distance to the next junction."""
+    """Draw the worst measure over the distance to the next junction."""
     from fecontact.outputs.figures.study import ANSWER_MARKS
     from fecontact.outputs.style import (
         ANSWER_COLOURS,
@@ -112,21 +112,21 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for covers, place in ((True, "over a junction"), (False, "over none")):
         for verdict in ("HOLDS", "FAILS"):
-            own = [
+            verdict_rows = [
                 row
                 for row in rows
                 if (truth(row["geometry_junction_in_patch"]), row["verdict_answer"]) == (covers, verdict)
             ]
-            if own:
+            if verdict_rows:
                 axes.scatter(
-                    [float(row["geometry_junction_distance_over_b"]) for row in own],
-                    [max(float(row["verdict_limit_used"]), 0.01) for row in own],
+                    [float(row["geometry_junction_distance_over_b"]) for row in verdict_rows],
+                    [max(float(row["verdict_limit_used"]), 0.01) for row in verdict_rows],
                     s=48,
                     c=ANSWER_COLOURS[verdict] if covers else "white",
                     ec="0.2" if covers else ANSWER_COLOURS[verdict],
                     lw=0.8 if covers else 1.6,
                     marker=ANSWER_MARKS[verdict],
-                    label=f"{verdict}, patch {place}: {len(own)}",
+                    label=f"{verdict}, patch {place}: {len(verdict_rows)}",
                 )
     axes.axhline(1.0, color="0.5", lw=1, ls="--")
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
@@ -139,7 +139,10 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 

@@ -26,16 +26,16 @@ from fecontact.regression.checks import Check, compare_discretisation
 PAIRS = (("60E1", "1:40"), ("60E1", "1:20"), ("60E2", "1:40"))
 SHIFTS_MM = tuple(float(shift) for shift in range(-8, 6))
 LOADS_KN = (20.0, 50.0, 100.0)
-# Touch points this near to the rail's axis lie on the top of the head, farther out at the gauge corner.
+# Contact points within this distance of the rail's axis are on the top of the head, farther out at the gauge corner.
 TOP_HALF_WIDTH_MM = 15.0
-# Of two patches the small one makes the elements of the first meshes look 4 % too stiff; finer ones are 2 % and less.
+# With two patches, the elements of the first meshes seem 4 % too stiff for the small patch, finer ones at most 2 %.
 REFINED_SHIFT_MM = 5.0
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All of them, or two positions of 60E1 1:40."""
+    """All cases, or two positions of 60E1 1:40."""
     if quick:
         return [_case("60E1", "1:40", shift, 100.0) for shift in (-4.0, 2.0)]
     chosen = [(*pair, shift, load) for pair, load, shift in product(PAIRS, LOADS_KN, SHIFTS_MM)]
@@ -59,23 +59,27 @@ def pair_of(row: dict[str, Any]) -> str:
     return f"{row['rail']} 1:{1.0 / np.tan(float(row['inclination_rad'])):.0f}"
 
 
-def on_top(row: dict[str, Any]) -> bool:
-    """Whether the touch point lies on the top of the head."""
+def is_on_top(row: dict[str, Any]) -> bool:
+    """Whether the contact point is on the top of the head."""
     return abs(float(row["touch_rail_y_mm"])) < TOP_HALF_WIDTH_MM
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Steps of the ladder on the top of the head and at the gauge corner, and verdicts, pair by pair."""
+    """Ladder steps on top of the head and at the gauge corner, and verdicts, by pair."""
     figure(rows, out / "ladder.png")
     lines = ["Peak pressure, step from half-space to bodies (%), median and range; verdicts"]
     for pair in dict.fromkeys(pair_of(row) for row in rows):
-        for where, wanted in (("top of the head", True), ("gauge corner", False)):
-            own = [row for row in rows if pair_of(row) == pair and on_top(row) == wanted]
-            if own:
-                lines.append(f"{pair:10} {where:16} {_steps(own)}; {_verdicts(own)}")
-    top = [row for row in rows if on_top(row)]
-    sure = [row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])]
-    lines.append(f"On the top of the head the step is larger than its uncertainty in {len(sure)} of {len(top)} cases.")
+        for where, is_top in (("top of the head", True), ("gauge corner", False)):
+            group = [row for row in rows if pair_of(row) == pair and is_on_top(row) == is_top]
+            if group:
+                lines.append(f"{pair:10} {where:16} {_steps(group)}; {_verdicts(group)}")
+    top = [row for row in rows if is_on_top(row)]
+    significant = [
+        row for row in top if _step(row) > float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"])
+    ]
+    lines.append(
+        f"On the top of the head the step is larger than its uncertainty in {len(significant)} of {len(top)} cases."
+    )
     return "\n".join(lines)
 
 
@@ -85,9 +89,10 @@ def _step(row: dict[str, Any]) -> float:
 
 def _steps(rows: list[dict[str, Any]]) -> str:
     step = np.array([float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows])
-    unsure = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
+    uncertainty = np.array([float(row["steps_uncertainty_half_space_to_bodies_p_max_percent"]) for row in rows])
     return (
-        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f}; median uncertainty {np.median(unsure):.2f})"
+        f"{np.median(step):+6.2f} ({step.min():+.2f} to {step.max():+.2f};"
+        f" median uncertainty {np.median(uncertainty):.2f})"
     )
 
 
@@ -99,7 +104,7 @@ def _verdicts(rows: list[dict[str, Any]]) -> str:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Both steps of the peak pressure over the lateral shift, one column a pair."""
+    """Draw both ladder steps of the peak over the lateral shift, a column per pair."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
         SERIES_MARKS,
@@ -118,39 +123,42 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
         ("steps_half_space_to_bodies_p_max_percent", "finite bodies"),
     )
     for column, pair in enumerate(pairs):
-        solved = []
+        solved_loads = []
         for number, load in enumerate(loads):
-            own = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
-            if not own:
+            curve_rows = [row for row in rows if pair_of(row) == pair and float(row["load_kN"]) == load]
+            if not curve_rows:
                 continue
-            solved.append(load)
-            own.sort(key=lambda row: float(row["lateral_shift_mm"]))
-            shift = [float(row["lateral_shift_mm"]) for row in own]
+            solved_loads.append(load)
+            curve_rows.sort(key=lambda row: float(row["lateral_shift_mm"]))
+            shift = [float(row["lateral_shift_mm"]) for row in curve_rows]
             for ax, (name, _) in zip(axes[:, column], steps, strict=True):
-                unsure = name.replace("steps_", "steps_uncertainty_")
-                error = [float(row.get(unsure, 0.0)) for row in own]
-                values = [float(row[name]) for row in own]
+                uncertainty_column = name.replace("steps_", "steps_uncertainty_")
+                error = [float(row.get(uncertainty_column, 0.0)) for row in curve_rows]
+                values = [float(row[name]) for row in curve_rows]
                 style = {
                     "color": SERIES_COLOURS[number % len(SERIES_COLOURS)],
                     "marker": SERIES_MARKS[number % len(SERIES_MARKS)],
                 }
                 ax.errorbar(shift, values, error, ms=4, lw=1, capsize=2, label=f"{load:g} kN", **style)
-        some = "" if solved == loads else f", {' and '.join(f'{load:g}' for load in solved)} kN only"
+        some = "" if solved_loads == loads else f", {' and '.join(f'{load:g}' for load in solved_loads)} kN only"
         axes[0, column].set_title(f"{pair}{some}")
         axes[1, column].set_xlabel("lateral shift in mm")
-    for ax, (_, what) in zip(axes[:, 0], steps, strict=True):
-        ax.set_ylabel(f"{what}:\npeak changes by %")
+    for ax, (_, cause) in zip(axes[:, 0], steps, strict=True):
+        ax.set_ylabel(f"{cause}:\npeak changes by %")
     for ax in axes.flat:
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
     add_grid(*axes.flat)
-    # of the pair with all loads, beside the last column
-    most = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
-    add_legend_beside(axes[0, -1], handles=most.get_legend_handles_labels()[0])
+    # the legend of the pair with all loads, to the right of the last column
+    fullest_axes = max(axes[0], key=lambda ax: len(ax.get_legend_handles_labels()[0]))
+    add_legend_beside(axes[0, -1], handles=fullest_axes.get_legend_handles_labels()[0])
     save_figure(picture, path)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 

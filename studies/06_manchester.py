@@ -38,7 +38,7 @@ from fecontact.regression.checks import Check
 from fecontact.solving.placing import place_case
 from fecontact.solving.position import expect_on_half_space
 
-# The reference has four digits, its yaw is left out here, and bodies are no half-spaces; 0.25 % is reached.
+# The reference has four digits, its yaw is left out here, and bodies are not half-spaces; 0.25 % is reached.
 LIMIT_PERCENT = 0.5
 # Half a row of 0.2 mm cells all around a patch of 20 to 50 mm2.
 AREA_PERCENT = 6.0
@@ -65,9 +65,11 @@ ROLLED = (
     (6.0, 0.6272, 14.4, 9709.0, 1149.0, -35.3954, 0.4176),
 )
 TWO_PATCHES_MM = 5.0
-# A conforming flange root is one plane there (0.5 % on the half-space); of two patches that plane is neither's (3.6 %).
+# The reference has a conforming flange root in a single plane (0.5 % on the half-space). With two patches that plane is
+# the plane of neither patch (3.6 %).
 ROLLED_PERCENT, TWO_PATCHES_PERCENT = 1.0, 5.0
-# Its reference is not the centre of pressure, which is taken here: 0.025 mm of 2.5 mm, and as much of the angle.
+# Its reference point is not the centre of pressure, which is used here: 0.025 mm of 2.5 mm, and an equal share of the
+# angle.
 PLACE_PERCENT, ANGLE_PERCENT = 1.5, 2.0
 # Both wheels on the half-space: shift to the right and roll (mm, mrad, as there); of the right wheel, then of the left
 # one, place and angle as above, normal force (N), peak pressure (MPa) and approach (micrometre; None: not known here).
@@ -92,20 +94,21 @@ BOTH_WHEELS = (
     (10.0, 11.26431, (-39.4446, 0.7992, 11440.0, 2643.0, 34.11), (-3.4351, 0.0115, 10020.0, 744.0, 25.11)),
 )
 YAW_A_MM = 2.4e-3
-# Over two lobes its reference is no centre of pressure: 0.4 mm apart on patches of 17 mm.
+# Over two lobes its reference point is not a centre of pressure: the distance is 0.4 mm on patches of 17 mm.
 TWO_LOBES_MM = {"right": (0.0, 0.5, TWO_PATCHES_MM), "left": (0.0,)}
 # The half-width of a patch on the flange is 0.37 mm, and cells there are 0.2 mm: the same pressure on such cells here
 # is 2.2 % too high with a cell upon its peak, 2.8 % too low with the peak between two; 1.8 % is found. Others: 0.55 %.
 CLIMBING_PERCENT = 2.5
 HALF_SPACE_PERCENT, APPROACH_PERCENT = 0.6, 1.0
-# From the middles of its cells, rows 6 to 11 and 54 to 66; half a row at both, and its one plane is a chord: 2.3 %.
+# Distance between the middles of its cells, rows 6 to 11 and 54 to 66. Half a row at both ends, and its single plane,
+# which is a chord, account for 2.3 %.
 DISTANCE_MM, DISTANCE_PERCENT = 10.3, 4.0
 # Arcs on arcs: place and angle are within 0.02 %.
 ARCS_PERCENT = 0.05
 STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 
 
-def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
+def _case(shift_mm: float, roll_rad: float, **options: Any) -> Case:
     return Case(
         rail="MBench_UIC60",
         inclination_rad=atan(1 / 40),
@@ -114,17 +117,22 @@ def _case(shift_mm: float, roll_rad: float, **more: Any) -> Case:
         load_kind="normal",
         rail_material=STEEL,
         wheel_material=STEEL,
-        **more,
+        **options,
     )
 
 
 @cache
 def wheelset_roll_rad(shift_mm: float) -> float:
-    """Roll at which both wheels of the wheelset touch their rails: the axle then has one height."""
+    """Roll at which both wheels of the wheelset touch their rails.
+
+    At this roll both wheel centres give an equal height of the axle.
+    """
 
     def height_difference(roll: float) -> float:
-        here, there = (place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0))
-        return float(here - there)
+        height_mm, opposite_height_mm = (
+            place_case(_case(sign * shift_mm, sign * roll)).wheel.centre_mm[2] for sign in (1.0, -1.0)
+        )
+        return float(height_mm - opposite_height_mm)
 
     if shift_mm == 0.0:
         return 0.0
@@ -135,12 +143,15 @@ def wheelset_roll_rad(shift_mm: float) -> float:
 def cases(quick: bool = False) -> list[Case]:
     """All positions, or two of them."""
     chosen = [entry for entry in REFERENCE if not quick or entry[0] in (-2.0, 2.0)]
-    made = [_case(s, wheelset_roll_rad(s), load_N=force, refine="never") for s, force, *_ in chosen]
-    return made if quick else made + rolled_cases()
+    case_list = [_case(s, wheelset_roll_rad(s), load_N=force, refine="never") for s, force, *_ in chosen]
+    return case_list if quick else case_list + rolled_cases()
 
 
 def rolled_cases() -> list[Case]:
-    """Positions with roll and yaw of the benchmark, which yaws before it rolls: in the order of here it rolls less."""
+    """Positions with roll and yaw of the benchmark.
+
+    The benchmark yaws before it rolls. In the order of this package, its roll is smaller.
+    """
     return [
         _case(s, 1e-3 * roll * cos(1e-3 * yaw), yaw_rad=1e-3 * yaw, load_N=force, refine="never")
         for s, roll, yaw, force, *_ in ROLLED
@@ -148,7 +159,10 @@ def rolled_cases() -> list[Case]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Peak pressure and area against the reference, position by position; where it rolls, places and angles."""
+    """Peak pressure and area against the reference, by position.
+
+    Positions with the roll of the benchmark have places and angles too.
+    """
     reference = {entry[0]: entry for entry in REFERENCE}
     rolled = [row for row in rows if float(row["lateral_shift_mm"]) not in reference]
     rows = [row for row in rows if row not in rolled]
@@ -180,7 +194,10 @@ def _rolled_lines(rows: list[dict[str, Any]]) -> list[str]:
 
 
 def place_of(row: dict[str, Any]) -> tuple[float, float]:
-    """Centre of pressure across from the rail's highest point (mm), and the rail's angle there (rad)."""
+    """Lateral centre of pressure and angle of the rail there.
+
+    The centre (mm) is relative to the highest point of the rail; the angle is in rad.
+    """
     case = next(case for case in rolled_cases() if case.lateral_shift_mm == float(row["lateral_shift_mm"]))
     return _place_and_angle(place_case(case), float(row["fe_centre_y_mm"]))
 
@@ -189,24 +206,25 @@ def _place_and_angle(placement: Placement, centre_y_mm: float) -> tuple[float, f
     profile = placement.rail.profile
     arc = placement.first_arc_length_mm + centre_y_mm
     y, _, angle = placement.rail.section(profile.at_arc_length(arc))
-    every, z, _ = placement.rail.section(profile.at_arc_length(np.arange(0.0, profile.length_mm, 0.01)))
-    return float(y - every[np.argmax(z)]), float(angle)
+    profile_y, z, _ = placement.rail.section(profile.at_arc_length(np.arange(0.0, profile.length_mm, 0.01)))
+    return float(y - profile_y[np.argmax(z)]), float(angle)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressures; areas with room for a count of cells of 0.2 mm; places and angles where there is one patch.
+    """Checks of peak pressures, areas, places and angles.
 
-    Both wheels on the half-space, which needs no rows, where the rows are those of the whole study.
+    The limit of the area allows for a count of cells of 0.2 mm. Places and angles are compared where there is a single
+    patch. With the rows of the whole study, both wheels are compared on the half-space too, which needs no rows.
     """
     reference = {entry[0]: entry for entry in REFERENCE}
-    made = []
+    check_list = []
     for row in rows:
         if float(row["lateral_shift_mm"]) not in reference:
-            made += _rolled_checks(row)
+            check_list += _rolled_checks(row)
             continue
         _, _, peak, _, area = reference[float(row["lateral_shift_mm"])]
         for name, unit, expected, limit in (("p_max", "MPa", peak, LIMIT_PERCENT), ("area", "mm2", area, AREA_PERCENT)):
-            made.append(
+            check_list.append(
                 Check(
                     quantity=f"{name}, {unit}",
                     case=f"shift {row['lateral_shift_mm']:+g} mm",
@@ -219,44 +237,50 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 )
             )
     if {float(row["lateral_shift_mm"]) in reference for row in rows} == {True, False}:
-        made += [check for shift, *_ in BOTH_WHEELS for check in half_space_checks(shift)]
-    return made
+        check_list += [check for shift, *_ in BOTH_WHEELS for check in half_space_checks(shift)]
+    return check_list
 
 
 def both_cases(shift_right_mm: float) -> dict[TrackSide, Case]:
-    """Both wheels as the benchmark has them, each under its normal force, in the frame of the left side."""
-    shift, roll, *both = next(entry for entry in BOTH_WHEELS if entry[0] == shift_right_mm)
+    """Both wheels of the benchmark, each under its normal force.
+
+    The frame is the frame of the left side.
+    """
+    shift, roll, *wheel_references = next(entry for entry in BOTH_WHEELS if entry[0] == shift_right_mm)
     yaw = YAW_A_MM * shift
     sides: tuple[TrackSide, TrackSide] = ("right", "left")
     return {
-        side: _case(-shift, -1e-3 * roll * cos(yaw), yaw_rad=yaw, side=side, load_N=found[2], flange_climb=True)
-        for side, found in zip(sides, both, strict=True)
-        if found is not None
+        side: _case(-shift, -1e-3 * roll * cos(yaw), yaw_rad=yaw, side=side, load_N=reference[2], flange_climb=True)
+        for side, reference in zip(sides, wheel_references, strict=True)
+        if reference is not None
     }
 
 
 def half_space_checks(shift_right_mm: float) -> list[Check]:
-    """The true gap of both wheels on a half-space: places, angles, peak pressures and approaches."""
+    """Checks of the true gap of both wheels on a half-space.
+
+    Compared are places, angles, peak pressures and approaches.
+    """
     references = dict(zip(("right", "left"), next(e[2:] for e in BOTH_WHEELS if e[0] == shift_right_mm), strict=True))
-    made = []
+    check_list = []
     for side, case in both_cases(shift_right_mm).items():
         y_ref, angle_ref, _, peak, approach = references[side]
         placement = place_case(case)
         half_space = expect_on_half_space(case, placement)[1].half_space
         y, angle = _place_and_angle(placement, read_patch(half_space).centre_y_mm)
-        flange, two = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
-        at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two else HALF_SPACE_PERCENT
-        compared = [("p_max, MPa", read_measures(half_space).p_max_MPa, peak, at_peak)]
-        if approach is not None and not two:
-            compared.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
-        if two:
+        flange, two_patches = placement.climbs, side == "right" and shift_right_mm == TWO_PATCHES_MM
+        at_peak = CLIMBING_PERCENT if flange else TWO_PATCHES_PERCENT if two_patches else HALF_SPACE_PERCENT
+        comparisons = [("p_max, MPa", read_measures(half_space).p_max_MPa, peak, at_peak)]
+        if approach is not None and not two_patches:
+            comparisons.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
+        if two_patches:
             lobes = [lobe.y_mm for lobe in read_patch(half_space).lobes]
-            compared.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
-            compared.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
+            comparisons.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
+            comparisons.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
         if shift_right_mm not in TWO_LOBES_MM[side]:
-            compared.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
-            compared.append(("angle, rad", angle, angle_ref, ARCS_PERCENT if flange else ANGLE_PERCENT))
-        made += [
+            comparisons.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
+            comparisons.append(("angle, rad", angle, angle_ref, ARCS_PERCENT if flange else ANGLE_PERCENT))
+        check_list += [
             Check(
                 quantity=f"{quantity} (half-space)",
                 case=f"shift {shift_right_mm:g} mm to the right, {side} wheel{', which climbs' if flange else ''}",
@@ -266,21 +290,23 @@ def half_space_checks(shift_right_mm: float) -> list[Check]:
                 expected=expected,
                 limit_percent=limit,
             )
-            for quantity, value, expected, limit in compared
+            for quantity, value, expected, limit in comparisons
         ]
-    return made
+    return check_list
 
 
 def _rolled_checks(row: dict[str, Any]) -> list[Check]:
     shift = float(row["lateral_shift_mm"])
     peak, y_ref, angle_ref = next(entry[4:] for entry in ROLLED if entry[0] == shift)
-    two = shift == TWO_PATCHES_MM
-    compared = [("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two else ROLLED_PERCENT)]
-    if two:
-        compared.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
+    two_patches = shift == TWO_PATCHES_MM
+    comparisons = [
+        ("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two_patches else ROLLED_PERCENT)
+    ]
+    if two_patches:
+        comparisons.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
     else:
         y, angle = place_of(row)
-        compared += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]
+        comparisons += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]
     return [
         Check(
             quantity=quantity,
@@ -292,7 +318,7 @@ def _rolled_checks(row: dict[str, Any]) -> list[Check]:
             limit_percent=limit,
             uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]) if quantity.startswith("p_max") else None,
         )
-        for quantity, value, expected, limit in compared
+        for quantity, value, expected, limit in comparisons
     ]
 
 

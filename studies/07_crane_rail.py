@@ -33,15 +33,15 @@ NEAR_THE_JOINT_MM = (1.4, 0.4)
 # Distance from the touch point to the joint over Hertz's semi-axis across; infinite: the centre of the head.
 DISTANCES = (inf, 1.5, 1.0, 0.75, 0.5)
 
-# Centre of the head: a head that is no half-space accounts for so much.
+# Centre of the head: the deviation is due to the head, which is not a half-space.
 CENTRE_PERCENT = 0.7
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
 class Head:
-    """Dimensions of DIN 536-1 (mm): head width, height of the rail, corner and crown radius."""
+    """Dimensions (mm) of a rail of DIN 536-1."""
 
     width_mm: float
     height_mm: float
@@ -50,7 +50,10 @@ class Head:
 
     @property
     def joint_mm(self) -> float:
-        """Arc length from the centre to the joint of crown and corner arc, which touch on their common normal."""
+        """Arc length from the centre to the joint of crown and corner arc.
+
+        Both arcs are tangent at the joint, on their common normal.
+        """
         return self.crown_mm * asin((0.5 * self.width_mm - self.corner_mm) / (self.crown_mm - self.corner_mm))
 
 
@@ -61,17 +64,18 @@ HEADS = {
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Both heads under 250 kN and A100 under 100 kN, all distances; or A100 with 250 kN at two distances, unrefined.
+    """Heads under 250 kN and A100 under 100 kN, at all distances.
 
-    `quick`, refined where the verdict stays open, as long as the joint is outside Hertz's ellipse. Nearer to it the
-    narrow lobe on the corner would decide about the element size of the whole patch (a million unknowns at 0.75 b);
-    given sizes take their place, with two or three elements on that lobe's semi-axis, finer ones where these look off;
-    its pressure has 32 nodes.
+    At `quick`: A100 with 250 kN at two distances, unrefined. While the joint is outside Hertz's ellipse, the resolution
+    is `quick`, refined if the verdict is unresolved. Nearer to the joint the narrow lobe on the corner would decide the
+    element size of the whole patch (a million unknowns at 0.75 b). There, given element sizes are used, with two or
+    three elements on the semi-axis of that lobe, and finer elements if these are rejected. The pressure of the lobe has
+    32 nodes.
     """
     if quick:
         base = replace(_centred("A100", 250e3), refine="never")
-        return [_moved(base, distance) for distance in (inf, 0.5)]
-    return [_moved(_centred(rail, load), distance) for rail, load in LOADED for distance in DISTANCES]
+        return [_move_contact_point(base, distance) for distance in (inf, 0.5)]
+    return [_move_contact_point(_centred(rail, load), distance) for rail, load in LOADED for distance in DISTANCES]
 
 
 def _centred(rail: str, load_N: float) -> Case:
@@ -87,26 +91,29 @@ def _centred(rail: str, load_N: float) -> Case:
     )
 
 
-def _moved(case: Case, distance: float) -> Case:
-    """The rail tilted until the joint is so many semi-axes away, and the wheel set over the touch point."""
+def _move_contact_point(case: Case, distance: float) -> Case:
+    """Case with a tilted rail and the wheel above the contact point.
+
+    The tilt brings the joint to a distance of `distance` semi-axes.
+    """
     if distance == inf:
         return case
     head = HEADS[case.rail]
     semi_axis = 0.5 * compute_hertz(case, place_case(case)).extent_y_mm
     # ids hash inputs: no digits that differ between machines
     tilt = round((head.joint_mm - distance * semi_axis) / head.crown_mm, 9)
-    moved = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
-    return moved if distance > 1.0 else replace(moved, resolution=NEAR_THE_JOINT_MM)
+    moved_case = replace(case, inclination_rad=tilt, lateral_shift_mm=round(head.crown_mm * sin(tilt), 6))
+    return moved_case if distance > 1.0 else replace(moved_case, resolution=NEAR_THE_JOINT_MM)
 
 
 def distance_mm(row: dict[str, Any]) -> float:
-    """Arc length from the touch point to the next joint."""
+    """Arc length from the contact point to the next joint."""
     head = HEADS[row["rail"]]
     return head.joint_mm - head.crown_mm * asin(abs(float(row["touch_rail_y_mm"])) / head.crown_mm)
 
 
 def distance_over_b(row: dict[str, Any]) -> float:
-    """The same over Hertz's semi-axis across."""
+    """Arc length to the next joint, divided by Hertz's lateral semi-axis."""
     return distance_mm(row) / float(row["hertz_b_mm"])
 
 
@@ -118,7 +125,7 @@ def line_contact_MPa(row: dict[str, Any]) -> float:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """The patch against the head, Hertz position by position, and the distance at which it stops to hold."""
+    """Width of the patch, Hertz's deviations by position, and the distance of its failure."""
     groups = [(key, list(group)) for key, group in groupby(rows, lambda row: (row["rail"], row["load_kN"]))]
     _figure(groups, out / "crane_rail.png")
     lines = []
@@ -142,17 +149,20 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def _limit(rows: Iterable[dict[str, Any]]) -> str:
-    by = {
+    distances = {
         verdict: [distance_over_b(r) for r in rows if r["verdict_answer"] == verdict] for verdict in ("HOLDS", "FAILS")
     }
-    holds = f"holds down to {min(by['HOLDS']):.2f} b" if by["HOLDS"] else "holds nowhere"
-    fails = f"fails from {max(by['FAILS']):.2f} b on" if by["FAILS"] else "fails nowhere"
-    mixed = bool(by["HOLDS"] and by["FAILS"]) and min(by["HOLDS"]) < max(by["FAILS"])
+    holds = f"holds down to {min(distances['HOLDS']):.2f} b" if distances["HOLDS"] else "holds nowhere"
+    fails = f"fails from {max(distances['FAILS']):.2f} b on" if distances["FAILS"] else "fails nowhere"
+    mixed = bool(distances["HOLDS"] and distances["FAILS"]) and min(distances["HOLDS"]) < max(distances["FAILS"])
     return f"Hertz {holds} from the joint and {fails}{' (elsewhere)' if mixed else ''}."
 
 
 def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: Path) -> None:
-    """Deviation of Hertz over the distance to the joint, in semi-axes; the centre of the head is left out."""
+    """Draw the deviation of Hertz over the distance to the joint, in semi-axes.
+
+    The centre of the head is left out.
+    """
     figure = blank_figure(10.0, 4.6)
     panels = dict(zip(("p_max", "area"), figure.subplots(1, 2), strict=True))
     for (name, ax), (title, limit) in zip(panels.items(), (("peak pressure", 5.0), ("area", 10.0)), strict=True):
@@ -173,15 +183,18 @@ def _figure(groups: list[tuple[tuple[str, float], list[dict[str, Any]]]], path: 
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressure at the centre of the head, where only the crown arc is below the patch."""
-    made = [
+    """Checks of the peak pressure at the centre of the head.
+
+    Only the crown arc is below the patch there.
+    """
+    centre_checks = [
         compare_with_hertz(
             row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, centre of the head", CENTRE_PERCENT
         )
         for row in rows
         if distance_over_b(row) > 2.0
     ]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    return [*centre_checks, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

@@ -9,7 +9,7 @@ thinnest head, towards its planed back.
 The sections (`profiles/switch_tongue_*.toml`, written by `write_profiles`) are made up, but typical: 134 mm high as
 tongue rails are, a head with vertical sides that is planed on its back down to 60 mm below the crown, below it a web of
 44 mm and a foot that is cut off on the side of the stock rail. Bodies are cut at 110 mm below the crown and 60 mm to
-each side, where they are held across: how the whole tongue bends between its slide chairs is not in this.
+each side, where they are held across: the bending of the whole tongue between its slide chairs is not included.
 
 Reference: this package's own solution with the full head. Expected: the approach grows with slenderness by tens of per
 cent, the pressure hardly: bending and compressing the head moves the patch and does not change its gap. Whether Hertz
@@ -35,7 +35,7 @@ FULL_HEAD, FULL_HEAD_MM = "60E1", 72
 OFF_CENTRE_MM = 3.0
 # Finite elements on the full head against Hertz: a block of 110 mm instead of a half-space.
 FULL_HEAD_PERCENT = 0.5
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 PROFILES = Path(__file__).parent / "profiles"
 
@@ -45,7 +45,7 @@ def profile_path(thickness_mm: int) -> str:
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The full head and all tongues, and the load off the middle; or the first two heads."""
+    """Full head, all tongues, and an eccentric load; or the first two heads."""
     if quick:
         return [_case(rail, refine="never") for rail in (FULL_HEAD, profile_path(20))]
     tongues = [_case(profile_path(thickness)) for thickness in THICKNESS_MM]
@@ -54,8 +54,8 @@ def cases(quick: bool = False) -> list[Case]:
     return [_case(FULL_HEAD), *tongues, off]
 
 
-def _case(rail: str, **more: Any) -> Case:
-    inputs: dict[str, Any] = {"inclination_rad": 0.0, **more}
+def _case(rail: str, **overrides: Any) -> Case:
+    inputs: dict[str, Any] = {"inclination_rad": 0.0, **overrides}
     return Case(
         rail=rail,
         wheel="cylinder:460",
@@ -63,14 +63,15 @@ def _case(rail: str, **more: Any) -> Case:
         # a tongue's gauge face ends above the gauge plane: its crown under the tape circle
         track=Track(rail_crown_y_mm=Track().tape_circle_y_mm),
         size=BodySize(rail_depth_mm=110.0),
-        # fewer elements are large beside a thin head: their compliance cannot be checked, and off its middle they fold
+        # coarser elements are large compared with a thin head: their compliance cannot be checked, and with an
+        # eccentric load they fold
         resolution="standard",
         **inputs,
     )
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Step from the half-space to the bodies, head by head, and how the heads differ from the full one."""
+    """Step from the half-space to the bodies for each head, compared with the full head."""
     heads = [_head(row, out) for row in rows]
     _figure(heads, out / "switch_rail.png")
     full = heads[0]
@@ -101,7 +102,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class _Head:
-    """A row with the thickness of its head (mm) and its step from the half-space to the bodies in per cent."""
+    """Row with the thickness of its head (mm) and its bodies step (%)."""
 
     row: dict[str, Any]
     thickness_mm: int
@@ -109,7 +110,7 @@ class _Head:
 
 
 def _head(row: dict[str, Any], out: Path) -> _Head:
-    # of a file its name and a hash of its content
+    # a profile from a file is recorded as its name and a hash of its content
     rail = Path(str(row["rail"]).partition("@")[0]).stem
     result = json.loads((out / "cases" / row["id"] / "result.json").read_text("utf-8"))
     step = result["steps"][BODIES_STEP.name]
@@ -126,18 +127,21 @@ def _verdicts(heads: list[_Head]) -> str:
 
 
 def _figure(heads: list[_Head], path: Path) -> None:
-    """The last step of the ladder over the thickness of the head; open: the load off the middle."""
+    """Draw the last ladder step over the thickness of the head.
+
+    Open marks: eccentric load.
+    """
     figure = blank_figure(10.0, 4.6)
     for ax, name, title in zip(
         figure.subplots(1, 2), ("p_max_MPa", "approach_mm"), ("peak pressure", "approach"), strict=True
     ):
         for centred, style, colour in ((True, "o-", SERIES_COLOURS[0]), (False, "s", SERIES_COLOURS[1])):
-            shown = sorted(
+            points = sorted(
                 (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
             )
             label = "load in the middle" if centred else "load towards the planed back"
-            of = {"color": colour, "mfc": colour if centred else "white", "label": label}
-            ax.plot([t for t, _ in shown], [s for _, s in shown], style, **of)
+            line_style = {"color": colour, "mfc": colour if centred else "white", "label": label}
+            ax.plot([t for t, _ in points], [s for _, s in points], style, **line_style)
         ax.axhline(0.0, color="0.5", lw=0.8)
         ax.set(xlabel="thickness of the head in mm", ylabel=f"half-space to bodies: {title} changes by %")
         add_grid(ax)
@@ -154,11 +158,11 @@ def profile_toml(thickness_mm: int) -> str:
     )
     side, planed, web = -SIDE_MM, -PLANED_MM, WEB_MM - half
     surface = [
-        _line((-half, side), (-half, gauge_centre[1])),
-        _arc((-half, gauge_centre[1]), gauge_joint, gauge_centre, GAUGE_CORNER_MM),
-        _arc(gauge_joint, back_joint, (0.0, -CROWN_MM), CROWN_MM),
-        _arc(back_joint, (half, back_centre[1]), back_centre, BACK_CORNER_MM),
-        _line((half, back_centre[1]), (half, side)),
+        _line_segment((-half, side), (-half, gauge_centre[1])),
+        _arc_segment((-half, gauge_centre[1]), gauge_joint, gauge_centre, GAUGE_CORNER_MM),
+        _arc_segment(gauge_joint, back_joint, (0.0, -CROWN_MM), CROWN_MM),
+        _arc_segment(back_joint, (half, back_centre[1]), back_centre, BACK_CORNER_MM),
+        _line_segment((half, back_centre[1]), (half, side)),
     ]
     foot = -half - 60.0
     # down the planed back, out to the web, round the foot, and up the gauge face
@@ -166,7 +170,7 @@ def profile_toml(thickness_mm: int) -> str:
         *((half, side), (half, planed), (web, planed - WEB_MM + thickness_mm), (web, -114.0), (web + 10.0, -122.0)),
         *((web + 10.0, -HEIGHT_MM), (foot, -HEIGHT_MM), (foot, -122.0), (-half, -114.0), (-half, side)),
     ]
-    body = [_line(start, end) for start, end in pairwise(corners)]
+    body = [_line_segment(start, end) for start, end in pairwise(corners)]
     head = f"""\
 # Machined tongue of a switch, head {thickness_mm} mm thick: made up but typical, see studies/08_switch_rail.py.
 #
@@ -193,11 +197,11 @@ def _corner(half: float, radius: float, side: float) -> tuple[Point, Point]:
     return joint, (side * y, z - CROWN_MM)
 
 
-def _line(start: Point, end: Point) -> str:
+def _line_segment(start: Point, end: Point) -> str:
     return f'type = "line"\nfrom = {_point(start)}\nto = {_point(end)}\n'
 
 
-def _arc(start: Point, end: Point, centre: Point, radius: float) -> str:
+def _arc_segment(start: Point, end: Point, centre: Point, radius: float) -> str:
     ends = f"from = {_point(start)}\nto = {_point(end)}"
     return f'type = "arc"\n{ends}\ncentre = {_point(centre)}\nradius = {radius}\n'
 
@@ -215,15 +219,18 @@ def write_profiles() -> None:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressure on the full head, whose crown arc is wider than the patch."""
-    made = [
+    """Checks of the peak pressure on the full head.
+
+    The crown arc of this head is wider than the patch.
+    """
+    peak_checks = [
         compare_with_hertz(
             row, "p_max_MPa", f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}", FULL_HEAD_PERCENT
         )
         for row in rows
         if row["rail"] == FULL_HEAD
     ]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    return [*peak_checks, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

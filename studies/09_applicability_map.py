@@ -22,7 +22,7 @@ from fecontact.regression.checks import Check, compare_discretisation
 
 LOADS_KN = (10.0, 20.0, 50.0, 80.0, 100.0, 125.0, 150.0)
 SHIFTS = "-6:6:0.5"
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 
 
@@ -31,12 +31,12 @@ def cases(quick: bool = False) -> list[Case]:
     from fecontact.inputs.texts import parse_numbers
 
     shifts = (-4.0, 0.0, 4.0) if quick else parse_numbers(SHIFTS, "shifts")
-    made = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
-    return [replace(case, refine="never") for case in made] if quick else made
+    case_list = [Case(lateral_shift_mm=shift, roll="touching") for shift in shifts]
+    return [replace(case, refine="never") for case in case_list] if quick else case_list
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Shifts by verdict, under the one load of `cases`."""
+    """Shifts by verdict, under the load of `cases`."""
     parts = []
     for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
         shifts = [f"{float(row['lateral_shift_mm']):g}" for row in rows if row["verdict_answer"] == verdict]
@@ -53,14 +53,17 @@ def map_arguments(quick: bool = False) -> list[str]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The lowest rung of the ladder, which is exact: what the verdicts compare with has no reference of its own."""
+    """Checks of the lowest rung of the ladder, which is exact.
+
+    The finite elements that the verdicts compare with have no independent reference.
+    """
     return compare_discretisation(rows, DISCRETISATION_PERCENT)
 
 
 def solved_loads(folder: Path) -> list[dict[str, Any]]:
-    """Every load of a finished map, by shift and load: its verdict, and how far Hertz is off.
+    """Verdicts and deviations of Hertz at every load of a finished map.
 
-    A load that the search for a limit solved has the verdict alone.
+    Rows are sorted by shift and load. Loads of the search for a limit have the verdict alone.
     """
     from fecontact.files import read_json
 
@@ -95,15 +98,15 @@ def main() -> None:
     from fecontact.cli import main as fecontact
     from fecontact.outputs.tables import write_csv
 
-    given = [argument for argument in sys.argv[1:] if argument != "--quick"]
-    if "--out" not in given and "--help" not in given:
-        given += ["--out", "out/09_applicability_map"]
+    arguments = [argument for argument in sys.argv[1:] if argument != "--quick"]
+    if "--out" not in arguments and "--help" not in arguments:
+        arguments += ["--out", "out/09_applicability_map"]
     try:
-        fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *given])
+        fecontact(["map", *map_arguments(quick="--quick" in sys.argv), *arguments])
     except SystemExit as end:
-        # 3: some cells are without a usable result
-        if end.code in (0, 3) and "--out" in given:
-            folder = Path(given[given.index("--out") + 1])
+        # exit status 3: some cells have no usable result
+        if end.code in (0, 3) and "--out" in arguments:
+            folder = Path(arguments[arguments.index("--out") + 1])
             write_csv(solved_loads(folder), folder / "loads.csv")
         raise
 

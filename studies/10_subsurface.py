@@ -43,10 +43,10 @@ class VonMisesPeak(NamedTuple):
 
 
 def stress_below_centre_MPa(depth_mm: Any, *, a_mm: float, b_mm: float, p0_MPa: float, poisson: float) -> np.ndarray:
-    """Principal stresses along the semi-axes a and b and the depth, tension positive; rows in this order.
+    """Principal stresses along the semi-axes a and b and the depth.
 
-    Johnson (1985), eq. 3.69, with F and E replaced by R_D (DLMF 19.25), which makes it symmetric in a and b and
-    continuous in the circle, where it is Johnson's eq. 3.45.
+    Tension is positive; rows are in this order. Johnson (1985), eq. 3.69, with F and E replaced by R_D (DLMF 19.25),
+    which makes it symmetric in a and b and continuous in the circle, where it is Johnson's eq. 3.45.
     """
     z = np.asarray(depth_mm, dtype=np.float64)
     q_a, q_b = np.hypot(a_mm, z), np.hypot(b_mm, z)
@@ -65,10 +65,10 @@ def von_mises_below_centre_MPa(depth_mm: Any, **patch: float) -> np.ndarray:
 
 
 def von_mises_peak(**patch: float) -> VonMisesPeak:
-    """Largest von Mises stress below the patch centre, the surface included; `patch` as in `stress_below_centre_MPa`.
+    """Largest von Mises stress below the patch centre, including the surface.
 
-    Range of validity: for the Poisson's ratios of metals the peak over the whole body lies on this line; for nu near
-    zero a slender patch has it at the surface.
+    `patch` as in `stress_below_centre_MPa`. Range of validity: for the Poisson's ratios of metals the peak over the
+    whole body lies on this line; for nu near zero a slender patch has it at the surface.
     """
     # The peak lies within 0.8 of the shorter semi-axis for every ellipse; the scan guards against a second maximum.
     scan = min(patch["a_mm"], patch["b_mm"]) * np.linspace(0.0, 2.0, 201)
@@ -85,7 +85,10 @@ def von_mises_peak(**patch: float) -> VonMisesPeak:
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Four radii at `standard`, R 300 at three resolutions and under its yield load; or R 300 and R 80 at `quick`."""
+    """Radii at `standard`, and R 300 at three resolutions and under its yield load.
+
+    With `quick`: R 300 and R 80 at `quick`.
+    """
     if quick:
         return [_case(radius, "quick", refine="never") for radius in (300, 80)]
     return [
@@ -96,13 +99,16 @@ def cases(quick: bool = False) -> list[Case]:
     ]
 
 
-def _case(radius_mm: int, resolution: str, **more: Any) -> Case:
-    inputs: dict[str, Any] = {"load_N": LOAD_N, **more}
+def _case(radius_mm: int, resolution: str, **overrides: Any) -> Case:
+    inputs: dict[str, Any] = {"load_N": LOAD_N, **overrides}
     return Case(rail=f"circle:{radius_mm}", wheel="cylinder:460", inclination_rad=0.0, resolution=resolution, **inputs)
 
 
 def yield_load_N(case: Case) -> float:
-    """Load of first yield in Hertz's theory: the peak pressure goes with the third root of the load."""
+    """Load of first yield in Hertz's theory.
+
+    The peak pressure is proportional to the third root of the load.
+    """
     hertz = compute_hertz(case, place_case(case))
     peak = von_mises_peak(a_mm=hertz.a_mm, b_mm=hertz.b_mm, p0_MPa=hertz.p0_MPa, poisson=STEEL.poisson)
     # whole newtons: ids hash inputs, and the digits beyond differ between machines
@@ -124,23 +130,24 @@ def errors_percent(row: dict[str, Any], body: str) -> tuple[float, float, float]
     exact = closed_form(row)
     size = float(row[f"von_mises_{body}_von_mises_MPa"]) / exact.von_mises_MPa
     depth = float(row[f"von_mises_{body}_depth_mm"]) / exact.depth_mm
-    # stresses of a Hertz contact go with the third root of the load
+    # stresses of a Hertz contact are proportional to the third root of the load
     return 100.0 * (size - 1.0), 100.0 * (depth - 1.0), 100.0 * (size**-3 - 1.0)
 
 
 def depth_limit_percent(row: dict[str, Any], body: str) -> float:
-    """Limit of the depth's error: that of the mesh, and b/R, the order of what the closed form leaves out.
+    """Limit of the error of the depth: limit of the mesh plus b/R.
 
-    It is that of a flat half-space, and below a rail of radius R the material gets narrower with depth. On R 13 (b/R
-    7.9 %) twice as many unknowns leave the rail's depth at +4.4 % and that of the wheel, flat across, at -2.7 %; on all
-    radii from 13 to 460 mm the difference of both bodies follows b/R.
+    b/R is the order of the effects that the closed form neglects. The closed form is for a flat half-space; below a
+    rail of radius R the material gets narrower with depth. On R 13 (b/R 7.9 %) twice as many unknowns leave the depth
+    in the rail at +4.4 % and the depth in the wheel, flat across, at -2.7 %. On all radii from 13 to 460 mm the
+    difference of both bodies follows b/R.
     """
     radius_mm = float(str(row["rail"]).partition(":")[2])
     return DEPTH_LIMIT_PERCENT + (100.0 * float(row["hertz_b_mm"]) / radius_mm if body == "rail" else 0.0)
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Stress, depth and load of first yield, case by case and body by body, and the largest errors at `standard`."""
+    """Stress, depth and load of first yield by case and body, and the largest errors."""
     _figure(rows, out / "subsurface.png")
     lines = [
         "rail       load kN  mesh      body   von Mises MPa  exact   error    depth mm   exact   error  yield load"
@@ -154,26 +161,26 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
                 f" {row[f'von_mises_{body}_von_mises_MPa']:12.1f} {exact.von_mises_MPa:8.1f} {size:+6.2f} %"
                 f" {row[f'von_mises_{body}_depth_mm']:9.3f} {exact.depth_mm:8.3f} {depth:+6.2f} % {load:+8.2f} %"
             )
-    judged = [row for row in rows if row["resolution"] == "standard"] or rows
-    said = []
+    judged_rows = [row for row in rows if row["resolution"] == "standard"] or rows
+    error_texts = []
     for number, name in enumerate(("von Mises", "depth", "load of first yield")):
         errors = [
             (
                 abs(errors_percent(row, body)[number]),
                 (SIZE_LIMIT_PERCENT, depth_limit_percent(row, body), YIELD_LOAD_LIMIT_PERCENT)[number],
             )
-            for row in judged
+            for row in judged_rows
             for body in BODIES
         ]
-        # the one that is nearest to its limit, or the farthest beyond it
+        # the error that is nearest to its limit, or farthest beyond it
         worst, limit = max(errors, key=lambda pair: pair[0] / pair[1])
-        said.append(f"{name} {worst:.2f} % (limit {limit:.3g} %, {'met' if worst <= limit else 'MISSED'})")
-    return "\n".join([*lines, f"Largest errors at {judged[0]['resolution']}: {', '.join(said)}."])
+        error_texts.append(f"{name} {worst:.2f} % (limit {limit:.3g} %, {'met' if worst <= limit else 'MISSED'})")
+    return "\n".join([*lines, f"Largest errors at {judged_rows[0]['resolution']}: {', '.join(error_texts)}."])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Largest von Mises stress and its depth in both bodies."""
-    made = []
+    """Checks of the largest von Mises stress and its depth in both bodies."""
+    check_list = []
     for row in rows:
         exact = closed_form(row)
         for body in BODIES:
@@ -181,7 +188,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 ("von_mises", "MPa", exact.von_mises_MPa, SIZE_LIMIT_PERCENT),
                 ("depth", "mm", exact.depth_mm, depth_limit_percent(row, body)),
             ):
-                made.append(
+                check_list.append(
                     Check(
                         quantity=f"von Mises {name}, {unit}",
                         case=f"{row['rail']}, {row['load_kN']:g} kN, {row['resolution']}, {body}",
@@ -192,11 +199,14 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                         limit_percent=round(limit * (1.5 if row["resolution"] == "quick" else 1.0), 1),
                     )
                 )
-    return made
+    return check_list
 
 
 def _figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Size and depth over the shape of the ellipse: closed form as a line, finite elements as points."""
+    """Draw size and depth over the shape of the ellipse.
+
+    The closed form is a line, finite elements are points.
+    """
     figure = blank_figure(10.0, 4.6)
     ratios = np.linspace(0.05, 1.0, 60)
     curve = [von_mises_peak(a_mm=1.0, b_mm=k, p0_MPa=1.0, poisson=STEEL.poisson) for k in ratios]

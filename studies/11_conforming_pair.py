@@ -41,23 +41,23 @@ from fecontact.regression.checks import Check, compare_discretisation
 PROFILES = Path(__file__).parent / "profiles"
 STEEL = Material.from_shear(shear_MPa=82_000.0, poisson=0.28)
 RAIL_RADIUS_MM, WHEEL_RADIUS_MM, ROLLING_RADIUS_MM = 10.0, 10.2, 460.0
-# Of the level top beside the corner.
+# Width of the level top next to the corner.
 TOP_WIDTH_MM = 50.0
 APPROACH_MM = 0.09089
-# CONTACT's sum of p dA (N) and peak pressure (MPa) at that approach, and the part along the normal of that force (N).
+# CONTACT's sum of p dA (N) and peak pressure (MPa) at that approach, and the normal component of that force (N).
 FORCE_N, P_MAX_MPA = 91_840.0, 1012.0
 NORMAL_FORCE_N = 89_190.0
 # CONTACT's figures have four digits; grids of 0.2 and 0.1 mm differ by 5e-5.
 LIMIT_PERCENT = 0.1
-# Hertz's own gap on the half-space, at 32 nodes a semi-axis: 0.01 % is reached.
+# Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 GROOVE_LOAD_N, GROOVE_ROLLING_RADIUS_MM = 10_000.0, 420.0
-# Of its cells of 0.1 mm and of the nodes here 0.09 % is found.
+# The cells of 0.1 mm of the reference and the nodes used here account for 0.09 %.
 GROOVE_HALF_SPACE_PERCENT, GROOVE_PERCENT = 0.15, 0.5
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The wheel of revolution between its bodies, at `standard` or at `quick`; and the grooves."""
+    """Grooves and the wheel of revolution, at `standard` or at `quick`."""
     track = Track()
     # the touch point, half way around the corner, lies under the tape circle; the crown is the middle of the level top
     crown_mm = track.tape_circle_y_mm + RAIL_RADIUS_MM * math.sin(math.radians(45.0)) + 0.5 * TOP_WIDTH_MM
@@ -67,10 +67,10 @@ def cases(quick: bool = False) -> list[Case]:
         Case(
             rail=str(PROFILES / "corner_R10.toml"),
             wheel=str(PROFILES / "fillet_R10-2.toml"),
-            # made up, with its flange where no wheel has it
+            # an invented profile, with its flange at an unusual place
             wheel_file=Reading(tape_circle_mm=0.0),
             inclination_rad=0.0,
-            # a corner and a fillet make no wheelset
+            # a corner and a fillet are not a wheelset
             roll="given",
             load_N=NORMAL_FORCE_N,
             load_kind="normal",
@@ -106,21 +106,21 @@ def grooves(resolution: Literal["quick", "standard"]) -> list[Case]:
 
 @cache
 def published() -> dict[str, dict[str, float]]:
-    """What CONTACT has of each groove, by its radius in mm as it is written."""
+    """Results of CONTACT for each groove, by the text of its radius in mm."""
     with (PROFILES / "conforming_grooves.csv").open(encoding="utf-8") as file:
         rows = csv.DictReader(line for line in file if not line.startswith("#"))
         return {row["wheel_groove_radius_mm"]: {name: float(value) for name, value in row.items()} for row in rows}
 
 
 def groove_of(row: dict[str, Any]) -> str | None:
-    """Radius of the groove of a row as it is written; None of the corner."""
-    return next((one for one in published() if f"groove_R{one.replace('.', '-')}" in str(row["wheel"])), None)
+    """Text of the radius of the groove of a row; None for the corner."""
+    return next((radius for radius in published() if f"groove_R{radius.replace('.', '-')}" in str(row["wheel"])), None)
 
 
 def reference_contact(step_mm: float = 0.2) -> Rung:
-    """The reference's own gap on a half-space, at its approach.
+    """Gap of the reference on a half-space, at the approach of the reference.
 
-    Along x a parabola, the same on every line; across the gap of two arcs along the normals of the inner one.
+    Along x it is a parabola, equal on every line. Across it is the gap of two arcs along the normals of the inner arc.
     """
     x = np.arange(0.0, 9.0, step_mm)
     # no node lies at the touch point, where symmetry would favour it
@@ -136,31 +136,31 @@ def reference_contact(step_mm: float = 0.2) -> Rung:
         contact_modulus_MPa=combine_moduli_MPa(STEEL, STEEL),
     )
 
-    def solved(normal_force_N: float) -> Rung:
+    def solve_under(normal_force_N: float) -> Rung:
         solution = solve_contact(problem, normal_force_N, tolerance=1e-6)
         return Rung.of(grid, solution, approach_mm=solution.approach_mm)
 
-    force = brentq(lambda force: solved(force).approach_mm - APPROACH_MM, 5e4, 1.5e5, xtol=1.0)
-    return solved(force)
+    force = brentq(lambda force: solve_under(force).approach_mm - APPROACH_MM, 5e4, 1.5e5, xtol=1.0)
+    return solve_under(force)
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """The half-space under the reference's gap beside CONTACT's figures; the ladder under the wheel's own."""
+    """Half-space with the gap of the reference against CONTACT, and the ladder of the wheel."""
     reference = reference_contact()
     lines = [
         f"The reference's gap on a half-space: {reference.normal_force_N / 1e3:.2f} kN ({FORCE_N / 1e3:.2f}),"
         f" {read_measures(reference).p_max_MPa:.1f} MPa ({P_MAX_MPA:.0f})."
     ]
-    of_grooves = {radius: row for row in rows if (radius := groove_of(row)) is not None}
-    for radius, row in of_grooves.items():
-        told = published()[radius]
+    groove_rows = {radius: row for row in rows if (radius := groove_of(row)) is not None}
+    for radius, row in groove_rows.items():
+        peaks = published()[radius]
         lines.append(
             f"Groove of {radius} mm: half-space {row['half_space_p_max_MPa']:.1f} MPa"
-            f" ({told['half_space_p_max_MPa']:.1f}), bodies {row['fe_p_max_MPa']:.1f} MPa"
-            f" ({told['conformal_p_max_MPa']:.1f}); step {row['steps_half_space_to_bodies_p_max_percent']:+.2f}"
-            f" ± {row['steps_uncertainty_half_space_to_bodies_p_max_percent']:.2f} % ({_step_percent(told):+.2f} %)"
+            f" ({peaks['half_space_p_max_MPa']:.1f}), bodies {row['fe_p_max_MPa']:.1f} MPa"
+            f" ({peaks['conformal_p_max_MPa']:.1f}); step {row['steps_half_space_to_bodies_p_max_percent']:+.2f}"
+            f" ± {row['steps_uncertainty_half_space_to_bodies_p_max_percent']:.2f} % ({_step_percent(peaks):+.2f} %)"
         )
-    _figure(of_grooves, out / "conforming.png")
+    _figure(groove_rows, out / "conforming.png")
     for row in (row for row in rows if groove_of(row) is None):
         lines.append(
             f"The wheel of revolution, {row['normal_force_N'] / 1e3:.2f} kN along the normal: half-space"
@@ -175,12 +175,12 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     return "\n".join(lines)
 
 
-def _step_percent(told: dict[str, float]) -> float:
-    return 100.0 * (told["conformal_p_max_MPa"] / told["half_space_p_max_MPa"] - 1.0)
+def _step_percent(peaks: dict[str, float]) -> float:
+    return 100.0 * (peaks["conformal_p_max_MPa"] / peaks["half_space_p_max_MPa"] - 1.0)
 
 
 def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
-    """What bodies that are no half-spaces change of the peak, here and by the other theory."""
+    """Draw the effect of finite bodies on the peak, for both theories."""
     from fecontact.outputs.style import SERIES_COLOURS, SERIES_MARKS, add_grid, blank_figure, save_figure
 
     figure = blank_figure(6.6, 4.0)
@@ -188,18 +188,24 @@ def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
     places = range(len(rows))
     step = "steps_half_space_to_bodies_p_max_percent"
     values = [row[step] for row in rows.values()]
-    unsure = [row[step.replace("steps_", "steps_uncertainty_", 1)] for row in rows.values()]
+    uncertainties = [row[step.replace("steps_", "steps_uncertainty_", 1)] for row in rows.values()]
     ax.errorbar(
         places,
         values,
-        unsure,
+        uncertainties,
         fmt=SERIES_MARKS[0],
         color=SERIES_COLOURS[0],
         capsize=4,
         label="finite elements, as stated",
     )
-    told = [_step_percent(published()[radius]) for radius in rows]
-    ax.plot(places, told, SERIES_MARKS[1], color=SERIES_COLOURS[1], label="curved bodies (Blanco-Lorenzo), CONTACT 25")
+    published_steps = [_step_percent(published()[radius]) for radius in rows]
+    ax.plot(
+        places,
+        published_steps,
+        SERIES_MARKS[1],
+        color=SERIES_COLOURS[1],
+        label="curved bodies (Blanco-Lorenzo), CONTACT 25",
+    )
     ax.set_xticks(places, [f"{radius} mm" for radius in rows])
     ax.set_xlabel("groove around a head of 10 mm")
     ax.set_ylabel("change of the peak from a half-space in %")
@@ -210,10 +216,10 @@ def _figure(rows: dict[str, dict[str, Any]], path: Path) -> None:
 
 
 def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
-    """Peaks of a groove beside CONTACT's, and the step between both bodies over what is stated for it."""
-    told, step = published()[radius], row["steps_half_space_to_bodies_p_max_percent"]
+    """Checks of the peaks of a groove and of its step to curved bodies."""
+    peaks, step = published()[radius], row["steps_half_space_to_bodies_p_max_percent"]
     stated = row["steps_uncertainty_half_space_to_bodies_p_max_percent"]
-    about = {
+    common_entries = {
         "case": f"groove of {radius} mm on R 10, 10 kN",
         "reference": "CONTACT 25, groove_li",
         "kind": "other code",
@@ -223,9 +229,9 @@ def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
             Check(
                 quantity=f"p_max, {name}, MPa",
                 value=row[f"{rung}_p_max_MPa"],
-                expected=told[key],
+                expected=peaks[key],
                 limit_percent=limit,
-                **about,
+                **common_entries,
             )
             for name, rung, key, limit in (
                 ("half-space", "half_space", "half_space_p_max_MPa", GROOVE_HALF_SPACE_PERCENT),
@@ -234,22 +240,22 @@ def groove_checks(radius: str, row: dict[str, Any]) -> list[Check]:
         ),
         Check(
             quantity="step to curved bodies, over what is stated, %",
-            value=100.0 * abs(step - _step_percent(told)) / stated,
+            value=100.0 * abs(step - _step_percent(peaks)) / stated,
             expected=None,
             limit_percent=100.0,
-            **about,
+            **common_entries,
         ),
     ]
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Force and peak pressure of the reference's own gap; Hertz's gap on the half-space; the grooves."""
+    """Checks of the gap of the reference, of Hertz's gap on the half-space and of the grooves."""
     reference = reference_contact()
-    found = (
+    comparisons = (
         ("sum of p dA, N", reference.normal_force_N, FORCE_N),
         ("p_max, MPa", read_measures(reference).p_max_MPa, P_MAX_MPA),
     )
-    made = [
+    check_list = [
         Check(
             quantity=quantity,
             case=f"the reference's gap on a half-space, approach {APPROACH_MM:g} mm",
@@ -259,11 +265,11 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             expected=expected,
             limit_percent=LIMIT_PERCENT,
         )
-        for quantity, value, expected in found
+        for quantity, value, expected in comparisons
     ]
-    of_grooves = [(radius, row) for row in rows if (radius := groove_of(row)) is not None]
-    made += [check for radius, row in of_grooves for check in groove_checks(radius, row)]
-    return [*made, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
+    groove_rows = [(radius, row) for row in rows if (radius := groove_of(row)) is not None]
+    check_list += [check for radius, row in groove_rows for check in groove_checks(radius, row)]
+    return [*check_list, *compare_discretisation(rows, DISCRETISATION_PERCENT)]
 
 
 def main() -> None:

@@ -8,18 +8,18 @@ them on meshes that were made for a larger load. Reference (same code, finer), o
 constants are chosen on one half and tested on the other. Of the real positions 42, many with two lobes or a thin tail,
 and 42 that lie anywhere helped to choose what two coarse meshes have in common; 42 others test it. Expected of every
 measure that is judged: in 95 % of the cases the true error is inside the stated one, of which half are not more than
-three times the error that 95 % of the cases stay within. (Their mean is that of a few thin tails and tiny second
-patches, where the stated one has to grow.) Of the centre of pressure ellipses do not tell that: they are symmetric.
+three times the error that 95 % of the cases stay within. (Their mean is dominated by a few thin tails and tiny second
+patches, where the stated error has to grow.) Ellipses cannot check this for the centre of pressure: they are symmetric.
 
 Ellipses are symmetric and have one lobe. Others are exact too (Galin 1953): a pressure that is a polynomial times an
 ellipsoid has a polynomial as its gap. They are shifted by up to 0.45 b, flat on top, or have two lobes with a valley of
 up to 80 %; a/b is 0.2 to 5, coefficients and places of the nodes are by chance, no pressure is negative and the gap is
-open outside. Elements are made for a lobe, as those of the product are. The exact contacts are read on the elements'
-own nodes too, wherever those lie: 95 % inside what is stated for them is expected, which was chosen on 26 other
+open outside. Elements are made for a lobe, as in the product. The exact contacts are read on the elements' own nodes
+too, at any offset: 95 % inside the stated uncertainty of these nodes are expected. It was chosen on 26 different
 contacts.
 
-What is stated for the cut planes of the bodies is left out here: study 02 moves them, and both of what is compared have
-the same ones. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
+The stated uncertainty of the cut planes is left out here: study 02 moves them, and both compared solutions have equal
+cut planes. The patches of exact cases are scaled to a semi-axis of 6 mm and less on bodies of 60 mm whose surfaces
 are flat there: one mesh serves many radii and loads. The cut planes, which the exact solution does not have, are ten
 semi-axes away or more: they raise the peak pressure by 0.02 %.
 
@@ -86,12 +86,12 @@ from fecontact.solving.position import Clock, make_true_gap
 
 JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
 SETS = ("ellipses, tuning", "ellipses, testing", "others, tuning", "others, testing", "real, tuning", "real, testing")
-# The contact on the elements' own nodes, whose constants come from other contacts altogether.
+# The contact on the elements' own nodes. Its constants were chosen on different contacts.
 OWN_NODES = ("ellipses, own nodes", "others, own nodes")
-# So many of the true errors may lie outside the stated ones, and a stated one is so many times the 95 % quantile.
+# Largest share of true errors outside the stated errors, and largest stated error over the 95 % quantile.
 OUTSIDE_PERCENT = 5.0
 MOST_STATED = 3.0
-# What symmetric contacts have too little of to tell whether it is stated with too much to spare.
+# Measures that are too small in symmetric contacts to decide whether their stated error is too large.
 OF_SKEW = ("centre_over_b",)
 SEED = 20240612
 
@@ -111,22 +111,24 @@ SHIFTS_MM = {
     ("54E1", "0"): (-8.0, 0.25),
 }
 LOADS_N = (20e3, 50e3, 80e3, 100e3, 125e3, 150e3)
-# Wherever they come to lie: some that constants were chosen on too, and as many that none was chosen on.
+# Seeds and numbers of random positions: some helped to choose constants, an equal number did not.
 TUNING, TESTING = (SEED + 2, 43), (SEED + 3, 44)
-# Of these the elements of a `quick` or `standard` mesh look off, where they may not be made finer, and 48 nodes on the
-# semi-axis of the third one's least lobe would be too many.
+# Positions that are left out. The elements of their `quick` or `standard` meshes are rejected, and may not be refined
+# here. In the third, 48 nodes on the semi-axis of its smallest lobe would be too many.
 REFUSED = (("60E2", "0", 5.15), ("54E1", "0", 3.39), ("60E1", "0", 3.56))
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Each real position as it is solved by default, without refinement, and then as finely as it is held against."""
+    """Cases of each real position: `quick` without refinement, then the `standard` reference."""
     rng = np.random.default_rng(SEED)
     chosen = [
-        (rail, slope, shift, float(rng.choice(LOADS_N))) for (rail, slope), of in SHIFTS_MM.items() for shift in of
+        (rail, slope, shift, float(rng.choice(LOADS_N)))
+        for (rail, slope), shifts in SHIFTS_MM.items()
+        for shift in shifts
     ]
-    every = [*chosen, *random_positions(*TUNING), *random_positions(*TESTING)]
-    made = []
-    for rail, slope, shift, load_N in chosen[1:11:9] if quick else every:
+    positions = [*chosen, *random_positions(*TUNING), *random_positions(*TESTING)]
+    case_list = []
+    for rail, slope, shift, load_N in chosen[1:11:9] if quick else positions:
         case = Case(
             rail=rail,
             inclination_rad=INCLINATIONS[slope],
@@ -136,28 +138,28 @@ def cases(quick: bool = False) -> list[Case]:
             resolution="quick",
             refine="never",
         )
-        made += [case, replace(case, resolution="standard")]
-    return made
+        case_list += [case, replace(case, resolution="standard")]
+    return case_list
 
 
 def random_positions(seed: int, number: int) -> list[tuple[str, str, float, float]]:
-    """Rail, slope, lateral shift (mm) and load (N) of some positions by chance."""
+    """Rail, slope, lateral shift (mm) and load (N) of random positions."""
     rng = np.random.default_rng(seed)
     pairs = list(SHIFTS_MM)
-    found = [
+    positions = [
         (*pairs[rng.integers(len(pairs))], round(float(rng.uniform(-8.0, 6.0)), 2), float(rng.choice(LOADS_N)))
         for _ in range(number)
     ]
-    return [one for one in found if one[:3] not in REFUSED]
+    return [position for position in positions if position[:3] not in REFUSED]
 
 
 # --- contacts that are known exactly: Hertz's ellipses, and pressures that are a polynomial times an ellipsoid -------
 
 MODULUS_MPA = Case().contact_modulus_MPa
-# Lines through a place along which a pressure is integrated, more than enough for 1e-13.
+# Number of lines through a place along which a pressure is integrated; more than enough for 1e-13.
 LINES = 300
-# Their gap is the polynomial up to so far from the middle, in semi-axes. Beyond it any gap that stays open belongs to
-# the same pressure, and here it grows with the distance; whether it is open is looked at outside.
+# The gap is the polynomial up to this distance from the middle, in semi-axes. Beyond it, any gap that stays open has
+# an equal pressure; here it grows with the distance. The factors of OUTSIDE are where the gap is checked to be open.
 RIM = 1.25
 OUTSIDE = (1.02, 1.1, 1.25, 1.5, 2.0)
 MOST_VALLEY, MOST_CENTRE = 0.8, 0.45
@@ -167,7 +169,9 @@ LENGTHS = {"area_mm2": 2, "a_mm": 1, "b_mm": 1}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Exact:
-    """An exact contact about the place where its surfaces touch first, and Hertz's ellipse there under its force.
+    """Exact contact and Hertz's ellipse under its force.
+
+    Coordinates and ellipse refer to the place where the surfaces touch first.
 
     Attributes
     ----------
@@ -176,7 +180,7 @@ class Exact:
     gap
         Gap (mm) at places x and s.
     true
-        Values of the judged measures, those beside Hertz's ellipse too.
+        Values of the judged measures, including the measures relative to Hertz's ellipse.
     elements_mm, nodes_mm
         Half length along x and half width across that elements and nodes are made for.
     middle_mm, reach_mm
@@ -193,7 +197,7 @@ class Exact:
     reach_mm: tuple[float, float]
 
     def scaled(self, k: float) -> "Exact":
-        """With all lengths times k and the load times k^2, which leaves the pressures as they are."""
+        """Contact with lengths times k and load times k^2: the pressures stay unchanged."""
         gap, hessian = self.gap, self.hessian_per_mm / k
         return Exact(
             hertz=hertz_from_hessian(
@@ -209,7 +213,7 @@ class Exact:
         )
 
     def fine_grid(self, offset: tuple[float, float], *, half: bool) -> ContactGrid:
-        """Nodes of the half-space, as many on a semi-axis as the product has, over the patch and beyond."""
+        """Nodes of the half-space over the patch and beyond, with the density of the product."""
         x, s = (
             np.arange(-count, count + 1) * step
             for step, count in (
@@ -217,12 +221,15 @@ class Exact:
                 for length, reach in zip(self.nodes_mm, self.reach_mm, strict=True)
             )
         )
-        return moved(ContactGrid(x_mm=x[x.size // 2 :] if half else x, s_mm=self.middle_mm + s, half=half), offset)
+        return move_grid(ContactGrid(x_mm=x[x.size // 2 :] if half else x, s_mm=self.middle_mm + s, half=half), offset)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ellipse:
-    """A quadratic gap under a load: radii of the relative curvature in its principal axes, the first turned from x."""
+    """Quadratic gap under a load.
+
+    The radii are of the relative curvature in its principal axes; the first axis is turned from x.
+    """
 
     radius_x_mm: float
     radius_s_mm: float
@@ -231,17 +238,17 @@ class Ellipse:
 
     @property
     def half(self) -> bool:
-        """Whether it is even along x."""
+        """Whether the gap is even along x."""
         return self.turn_rad == 0.0
 
     @cached_property
     def exact(self) -> Exact:
-        """The contact at its own size."""
+        """Exact contact at the original size."""
         c, s = math.cos(self.turn_rad), math.sin(self.turn_rad)
         turn = np.array([[c, -s], [s, c]])
         h = turn @ np.diag([1.0 / self.radius_x_mm, 1.0 / self.radius_s_mm]) @ turn.T
         hertz = hertz_from_hessian(h, normal_force_N=self.load_N, contact_modulus_MPa=MODULUS_MPA)
-        own = read_hertz_measures(hertz).as_dict()
+        measures = read_hertz_measures(hertz).as_dict()
         # half the chord along x through the centre, and half the extent across
         c, s = math.cos(hertz.orientation_rad), math.sin(hertz.orientation_rad)
         length, width = 1.0 / math.hypot(c / hertz.a_mm, s / hertz.b_mm), 0.5 * hertz.extent_y_mm
@@ -249,7 +256,7 @@ class Ellipse:
             hertz=hertz,
             hessian_per_mm=h,
             gap=lambda x, s: 0.5 * h[0, 0] * x**2 + h[0, 1] * x * s + 0.5 * h[1, 1] * s**2,
-            true={name: own.get(name, 0.0) for name in JUDGED},
+            true={name: measures.get(name, 0.0) for name in JUDGED},
             elements_mm=(length, width),
             nodes_mm=(length, width),
             middle_mm=0.0,
@@ -259,11 +266,12 @@ class Ellipse:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Galin:
-    """p = sqrt(1 - X^2 - Y^2) sum c[i, j] X^i Y^j with X = x / a, Y = y / b, even in X: its gap is a polynomial, too.
+    """Pressure with a polynomial gap: an ellipsoid times a polynomial.
 
-    Source: Galin (1953); Johnson (1985), section 3.2: polynomial pressures over an ellipse have polynomial deflections,
-    of a degree higher by two. Here u is integrated along lines through a place, on which p / r dA is a polynomial times
-    a root of a square (Gauss and Chebyshev's quadrature, exact), and over their angles, which converges exponentially.
+    p = sqrt(1 - X^2 - Y^2) sum c[i, j] X^i Y^j with X = x / a, Y = y / b, even in X. Source: Galin (1953); Johnson
+    (1985), section 3.2: polynomial pressures over an ellipse have polynomial deflections, of a degree higher by two.
+    Here u is integrated along lines through a place, on which p / r dA is a polynomial times a root of a square (Gauss
+    and Chebyshev's quadrature, exact), and over their angles, which converges exponentially.
 
     Attributes
     ----------
@@ -288,7 +296,10 @@ class Galin:
 
     @property
     def is_contact(self) -> bool:
-        """Whether no pressure is negative, nothing else touches, and it lies within what is asked here."""
+        """Whether this is a contact within the limits of the study.
+
+        No pressure is negative, nothing else touches, and centre and valley are within their limits.
+        """
         return bool(
             self.over_ellipse().min() >= 0.0
             and self.least_opening > 0.0
@@ -300,11 +311,11 @@ class Galin:
     def deflection_mm(self, x: Any, y: Any) -> np.ndarray:
         """Sum of both bodies' deflections (n,) at places X, Y (n,) inside or outside."""
         x, y = np.asarray(x)[:, None], np.asarray(y)[:, None]
-        away, part = np.maximum(np.hypot(x, y), 1.0 + 1e-12), (np.arange(LINES) + 0.5) / LINES
-        # from outside the lines that meet the ellipse: the sine is how far from its middle they pass
-        passing = np.pi * (part - 0.5)
+        away, fractions = np.maximum(np.hypot(x, y), 1.0 + 1e-12), (np.arange(LINES) + 0.5) / LINES
+        # from outside, only lines that meet the ellipse count: the sine is their distance from its middle
+        passing = np.pi * (fractions - 0.5)
         turn, inside = np.arcsin(np.sin(passing) / away), np.hypot(x, y) < 1.0
-        angle = np.where(inside, np.pi * part, np.arctan2(y, x) + turn)
+        angle = np.where(inside, np.pi * fractions, np.arctan2(y, x) + turn)
         weight = np.where(inside, 1.0, np.cos(passing) / (away * np.cos(turn))) * np.pi / LINES
         c, s = np.cos(angle), np.sin(angle)
         over_distance = self.a_mm * self.b_mm / np.hypot(self.a_mm * c, self.b_mm * s)
@@ -312,7 +323,10 @@ class Galin:
         return np.asarray(total.sum(axis=1)) / (np.pi * MODULUS_MPA)
 
     def _along_lines(self, x: np.ndarray, y: np.ndarray, c: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Integrals of the pressure along lines through places in directions (c, s), ellipses being circles."""
+        """Integrals of the pressure along lines through places in directions (c, s).
+
+        In X, Y the ellipse is a circle.
+        """
         count = sum(self.coefficients.shape)
         at = np.arange(1, count + 1) * np.pi / (count + 1)
         nodes, weights = np.cos(at), np.pi / (count + 1) * np.sin(at) ** 2
@@ -323,7 +337,10 @@ class Galin:
 
     @cached_property
     def gap_coefficients_mm(self) -> np.ndarray:
-        """Coefficients (n, m) of the gap less the approach in X and Y: what the deflection is inside, with its sign."""
+        """Coefficients (n, m) in X and Y of the gap less the approach.
+
+        Inside, this is the negative deflection.
+        """
         degree = max(i + j for i, j in np.argwhere(self.coefficients)) + 2
         powers = [(i, j) for i in range(degree + 1) for j in range(degree + 1 - i)]
         radius = 0.98 * np.cos((np.arange(degree + 2) + 0.5) * np.pi / (2 * degree + 4))[:, None]
@@ -331,15 +348,18 @@ class Galin:
         x, y = (radius * np.cos(around)).ravel(), (radius * np.sin(around)).ravel()
         terms = np.array([x**i * y**j for i, j in powers]).T
         deflection = self.deflection_mm(x, y)
-        found, *_ = np.linalg.lstsq(terms, deflection, rcond=None)
-        assert np.abs(terms @ found - deflection).max() < 1e-12 * deflection.max()
+        gap_terms, *_ = np.linalg.lstsq(terms, deflection, rcond=None)
+        assert np.abs(terms @ gap_terms - deflection).max() < 1e-12 * deflection.max()
         gap = np.zeros((degree + 1, degree + 1))
-        gap[tuple(np.transpose(powers))] = -found
+        gap[tuple(np.transpose(powers))] = -gap_terms
         return gap
 
     @cached_property
     def least_opening(self) -> float:
-        """Smallest gap outside, of the loaded surfaces, over the approach: positive where nothing else touches."""
+        """Smallest gap of the loaded surfaces outside, over the approach.
+
+        It is positive if nothing else touches.
+        """
         radius, around = np.array(OUTSIDE)[:, None], np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
         x, y = (radius * np.cos(around)).ravel(), (radius * np.sin(around)).ravel()
         return float((self.gap_mm(x, y) + self.deflection_mm(x, y)).min() / -self.gap_coefficients_mm[0, 0])
@@ -347,13 +367,16 @@ class Galin:
     def gap_mm(self, x: Any, y: Any) -> np.ndarray:
         """Gap less the approach at places X, Y."""
         x, y = np.broadcast_arrays(x, y)
-        beyond = np.maximum(np.hypot(x, y) / RIM, 1.0)
+        rim_ratio = np.maximum(np.hypot(x, y) / RIM, 1.0)
         gap = self.gap_coefficients_mm
-        return polyval2d(x / beyond, y / beyond, gap) - 2.0 * gap[0, 0] * (beyond - 1.0)
+        return polyval2d(x / rim_ratio, y / rim_ratio, gap) - 2.0 * gap[0, 0] * (rim_ratio - 1.0)
 
     @cached_property
     def touch(self) -> float:
-        """Y of the place where the unloaded surfaces touch first; NaN if that is not on the line X = 0 of the patch."""
+        """Y of the place where the unloaded surfaces touch first.
+
+        NaN if that place is not on the line X = 0 of the patch.
+        """
         x, y = np.meshgrid(np.linspace(0.0, 1.5, 76), np.linspace(-1.5, 1.5, 1501), indexing="ij")
         gap = self.gap_coefficients_mm
         i, j = np.unravel_index(np.argmin(values := self.gap_mm(x, y)), values.shape)
@@ -366,7 +389,7 @@ class Galin:
 
     @property
     def approach_mm(self) -> float:
-        """Approach of the bodies from where they touch first."""
+        """Approach of the bodies from their first touch."""
         return -float(self.gap_mm(0.0, self.touch))
 
     def moment(self, i: int, j: int) -> float:
@@ -388,7 +411,7 @@ class Galin:
         return self.moment(0, 1) / self.moment(0, 0)
 
     def on(self, grid: ContactGrid) -> Rung:
-        """Its pressure on a grid about the touch point."""
+        """Pressure on a grid about the contact point."""
         pressure = self.pressure_MPa(grid.x_mm[:, None], grid.s_mm + self.touch * self.b_mm)
         area = grid.whole_area_mm2()
         return Rung(
@@ -407,11 +430,11 @@ class Galin:
 
     @cached_property
     def exact(self) -> Exact:
-        """The contact at its own size."""
+        """Exact contact at the original size."""
         a, b, y, gap, force = self.a_mm, self.b_mm, self.touch, self.gap_coefficients_mm, self.moment(0, 0)
         hessian = np.diag([polyval(y, gap[2]) * 2.0 / a**2, polyval(y, polyder(gap[0], 2)) / b**2])
         hertz = hertz_from_hessian(hessian, normal_force_N=a * b * force, contact_modulus_MPa=MODULUS_MPA)
-        # as fine as a pressure can be read, one that nobody solved
+        # a fine grid is affordable: the pressure is evaluated, not solved
         steps = np.arange(-301, 302) / 300.0
         fine = self.on(ContactGrid(x_mm=a * steps[301:], s_mm=b * (steps - y), half=True))
         return Exact(
@@ -436,8 +459,11 @@ class Galin:
 
 
 def galin_by_chance(rng: np.random.Generator) -> Galin:
-    """A contact that is no ellipse: shifted, flat on top, or with two lobes, alike or not."""
-    # many with two lobes are not open outside, and are left out
+    """Random contact that is not an ellipse.
+
+    It is shifted, flat on top, or has two lobes, equal or unequal.
+    """
+    # many contacts with two lobes are not open outside, and are left out
     kind, between = (0, 0, 0, 1, 2, 2, 3, 3, 3)[int(rng.integers(9))], rng.uniform
     across = np.zeros(6)
     lobes = math.exp(between(0.0, math.log(60.0)))
@@ -454,31 +480,31 @@ def galin_by_chance(rng: np.random.Generator) -> Galin:
     coefficients = np.zeros((3, 6))
     coefficients[0], coefficients[2, :2] = across, (between(-0.3, 0.6), between(-0.3, 0.3))
     b_mm = math.exp(between(0.0, math.log(10.0)))
-    made = Galin(coefficients=coefficients, a_mm=b_mm * math.exp(between(-math.log(5.0), math.log(5.0))), b_mm=b_mm)
-    return replace(made, coefficients=coefficients * between(600.0, 1800.0) / made.over_ellipse().max())
+    galin = Galin(coefficients=coefficients, a_mm=b_mm * math.exp(between(-math.log(5.0), math.log(5.0))), b_mm=b_mm)
+    return replace(galin, coefficients=coefficients * between(600.0, 1800.0) / galin.over_ellipse().max())
 
 
-# Flat over the zone.
+# Surfaces that are flat over the zone.
 FLAT = Case(rail="circle:20000", wheel="cylinder:20000", inclination_rad=0.0)
 LONGEST_MM = 6.0
-# Elements are as long for their width as the patch; one mesh serves what is within a third of it. The first ones are
-# for axes along the track, the second for turned ones; the third are made for larger loads than those that they serve,
-# as in a sweep, and the last have finer meshes too.
+# Length over width of the elements is close to the ratio of the patch: a mesh serves ratios within a third of its own.
+# ASPECTS are for axes along the track, TURNED_ASPECTS for turned axes. SHARED meshes are made for larger loads than the
+# loads that use them, as in a sweep. REFINED have finer meshes too.
 ASPECTS = tuple(float(ratio) for ratio in np.geomspace(0.1, 10.0, 9))
 TURNED_ASPECTS = (ASPECTS[3], ASPECTS[4], ASPECTS[6])
 SHARED = ASPECTS[1::2]
 REFINED = ((ASPECTS[1], True), (ASPECTS[4], True), (ASPECTS[6], True), (ASPECTS[4], False))
-# Of the others elements are made for a lobe: length over width, and how many times wider than that the zones are.
+# For contacts that are not ellipses, elements are made for a lobe: length over width, and width of the zone over lobe.
 OTHER_ZONES = ((ASPECTS[2], 1.6), (ASPECTS[4], 1.6), (ASPECTS[6], 1.6), (ASPECTS[4], 2.8), (ASPECTS[4], 5.3))
 LONGER = 1.7
-# The meshes of a verdict that was open on the first two, and those of `standard`, the finest first; 0 is the coarsest.
+# Mesh levels after an unresolved verdict on the first two, and levels of `standard`, the finest first; 0 is coarsest.
 MORE_MESHES = {"refined": (2, 1, 0), "standard": (3, 2)}
-# Elements on the semi-axis of a patch on the coarsest mesh, as the product has them at `quick`.
+# Elements on the semi-axis of a patch on the coarsest mesh, as in the product at `quick`.
 FEWEST = (RESOLUTIONS["quick"] + 0.25) / MESH_RATIO
-# Loads of a sweep share meshes of elements up to so many times finer than the largest one needs.
+# Loads of a sweep share meshes whose elements are finer than necessary by at most this factor.
 MOST_FINER = 1.5
 MOST_UNEQUAL = 1.34
-# The extent of a turned ellipse along x is so many times its chord through the centre, or less.
+# Largest extent of a turned ellipse along x, over its chord through the centre.
 MOST_LEANING = 1.3
 MARGIN_ELEMENTS = 4
 NUMBER, QUICK_NUMBER = 260, 24
@@ -494,9 +520,9 @@ class Zone:
     aspect
         Length over width of the elements.
     longer, wider
-        How many times longer and wider the zone is than what elements are made for.
+        Length and width of the zone, over the lengths that elements are made for.
     finer
-        How many times finer the elements may be than a contact asks for.
+        Largest factor by which elements may be finer than a contact needs.
     """
 
     aspect: float
@@ -512,18 +538,18 @@ class Zone:
 
     def counts(self, level: int) -> tuple[float, float]:
         """Elements on half the length and width of the largest patch."""
-        most = FEWEST * self.finer * MESH_RATIO**level
-        return most * self.longer * (1.0 if self.half else MOST_LEANING), most * self.wider
+        elements = FEWEST * self.finer * MESH_RATIO**level
+        return elements * self.longer * (1.0 if self.half else MOST_LEANING), elements * self.wider
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExactCase:
-    """An exact contact, and how its meshes and nodes lie below it.
+    """Exact contact with its meshes and the offsets of their nodes.
 
     Attributes
     ----------
     finer
-        How many times more elements the patch has than it asks for.
+        Elements on the patch, over the elements that it needs.
     offset
         Where the nodes lie, in parts of a step along x and across: on the meshes and on the finer grid.
     """
@@ -537,19 +563,19 @@ class ExactCase:
     @cached_property
     def exact(self) -> Exact:
         """The contact at the size of its meshes."""
-        steps, wanted = self.zone.steps_mm(0), FEWEST * self.finer
+        steps, elements = self.zone.steps_mm(0), FEWEST * self.finer
         return self.contact.exact.scaled(
-            max(wanted * step / size for step, size in zip(steps, self.sizes, strict=True))
+            max(elements * step / size for step, size in zip(steps, self.sizes, strict=True))
         )
 
     @property
     def sizes(self) -> tuple[float, float]:
-        """Half length and width at its own size that elements are made for."""
+        """Half length and width that elements are made for, at the original size."""
         return self.contact.exact.elements_mm
 
     @property
     def unequal(self) -> float:
-        """How many times longer or wider the elements are than the patch is for them."""
+        """Ratio between the aspects of patch and elements, at least 1."""
         ratio = self.sizes[0] / self.sizes[1] / self.zone.aspect
         return max(ratio, 1.0 / ratio)
 
@@ -557,59 +583,66 @@ class ExactCase:
     def fits(self) -> bool:
         """Whether the patch lies in the zone."""
         room = (count * step for count, step in zip(self.zone.counts(0), self.zone.steps_mm(0), strict=True))
-        return all(reach <= most for reach, most in zip(self.exact.reach_mm, room, strict=True))
+        return all(reach <= limit for reach, limit in zip(self.exact.reach_mm, room, strict=True))
 
 
 def offsets(rng: np.random.Generator) -> tuple[tuple[float, float], ...]:
-    """Where nodes lie by chance."""
+    """Random offsets of nodes."""
     return tuple((float(rng.uniform()), float(rng.uniform())) for _ in range(4))
 
 
 def exact_cases(quick: bool = False) -> list[ExactCase]:
-    """Ellipses by chance, the same ones every time."""
+    """Random ellipses from a fixed seed."""
     rng = np.random.default_rng(SEED)
-    straight, turned = ((ASPECTS[4], ASPECTS[6]), ()) if quick else (ASPECTS, TURNED_ASPECTS)
-    made: list[ExactCase] = []
-    while len(made) < (QUICK_NUMBER if quick else NUMBER):
+    straight_aspects, turned_aspects = ((ASPECTS[4], ASPECTS[6]), ()) if quick else (ASPECTS, TURNED_ASPECTS)
+    case_list: list[ExactCase] = []
+    while len(case_list) < (QUICK_NUMBER if quick else NUMBER):
         radii = np.exp(rng.uniform(math.log(10.0), math.log(2000.0), 2))
         load = math.exp(rng.uniform(math.log(5e3), math.log(200e3)))
         turn = rng.uniform(-0.25, 0.25) * math.pi if rng.uniform() < 0.3 else 0.0
         offset, testing, spare = offsets(rng), bool(rng.integers(2)), rng.uniform()
-        own = Ellipse(radius_x_mm=float(radii[0]), radius_s_mm=float(radii[1]), turn_rad=turn, load_N=load)
-        hertz, (length, width) = own.exact.hertz, own.exact.elements_mm
+        ellipse = Ellipse(radius_x_mm=float(radii[0]), radius_s_mm=float(radii[1]), turn_rad=turn, load_N=load)
+        hertz, (length, width) = ellipse.exact.hertz, ellipse.exact.elements_mm
         ratio = length / width
-        unequal = {aspect: max(ratio / aspect, aspect / ratio) for aspect in (turned if turn else straight)}
+        unequal = {
+            aspect: max(ratio / aspect, aspect / ratio) for aspect in (turned_aspects if turn else straight_aspects)
+        }
         aspect = min(unequal, key=lambda a: unequal[a], default=math.nan)
         leans = 0.5 * hertz.extent_x_mm > MOST_LEANING * length
         if unequal and unequal[aspect] <= MOST_UNEQUAL and not leans and 0.1 <= hertz.a_mm / hertz.b_mm <= 10.0:
             shared = aspect in SHARED
             finer = (MOST_FINER / MOST_UNEQUAL) ** spare if shared else 1.0
-            zone = Zone(aspect=aspect, half=own.half, finer=MOST_FINER if shared else MOST_UNEQUAL)
-            made.append(ExactCase(contact=own, zone=zone, finer=finer, testing=testing, offset=offset))
-    return made
+            zone = Zone(aspect=aspect, half=ellipse.half, finer=MOST_FINER if shared else MOST_UNEQUAL)
+            case_list.append(ExactCase(contact=ellipse, zone=zone, finer=finer, testing=testing, offset=offset))
+    return case_list
 
 
 def other_cases(quick: bool = False) -> list[ExactCase]:
-    """Contacts by chance that are no ellipses: with no negative pressure, and open outside."""
+    """Random contacts that are not ellipses.
+
+    No pressure is negative, and the gap is open outside.
+    """
     rng = np.random.default_rng(SEED + 4)
-    of = OTHER_ZONES[3:4] if quick else OTHER_ZONES
-    zones = [Zone(aspect=aspect, half=True, longer=LONGER, wider=wider) for aspect, wider in of]
-    made: list[ExactCase] = []
-    while len(made) < (QUICK_OTHERS if quick else OTHERS):
+    zone_shapes = OTHER_ZONES[3:4] if quick else OTHER_ZONES
+    zones = [Zone(aspect=aspect, half=True, longer=LONGER, wider=wider) for aspect, wider in zone_shapes]
+    case_list: list[ExactCase] = []
+    while len(case_list) < (QUICK_OTHERS if quick else OTHERS):
         contact, offset, testing = galin_by_chance(rng), offsets(rng), bool(rng.integers(2))
         if not contact.is_contact:
             continue
-        every = [ExactCase(contact=contact, zone=zone, finer=1.0, testing=testing, offset=offset) for zone in zones]
-        # the narrowest zone, and of equally wide ones the elements that are most like the patch
-        fitting = [case for case in every if case.fits]
+        candidates = [
+            ExactCase(contact=contact, zone=zone, finer=1.0, testing=testing, offset=offset) for zone in zones
+        ]
+        # the narrowest zone, and among equally wide zones the elements whose aspect is closest to the patch
+        fitting = [case for case in candidates if case.fits]
         if fitting:
-            made.append(min(fitting, key=lambda case: (case.zone.wider, case.unequal)))
-    return made
+            case_list.append(min(fitting, key=lambda case: (case.zone.wider, case.unequal)))
+    return case_list
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class GivenGap(Placement):
-    """Flat bodies whose gap (mm) is given, whatever their surfaces are."""
+    """Flat bodies with a given gap (mm), independent of their surfaces."""
 
     of: Exact
 
@@ -619,8 +652,8 @@ class GivenGap(Placement):
 
 
 def flat_bodies(kind: Zone, level: int) -> CoupledBodies:
-    """Both bodies, coupled on a zone for the largest patch of these elements."""
-    # a yaw that turns nothing makes it the whole model
+    """Coupled bodies with a zone for the largest patch of these elements."""
+    # a negligible yaw makes it the whole model instead of half
     case = replace(FLAT, yaw_rad=0.0 if kind.half else 1e-9)
     (step_x, step_s), (along_x, across) = kind.steps_mm(level), kind.counts(level)
     count_x, count = math.ceil(along_x) + MARGIN_ELEMENTS, math.ceil(across) + MARGIN_ELEMENTS
@@ -635,39 +668,50 @@ def flat_bodies(kind: Zone, level: int) -> CoupledBodies:
     return couple_bodies(case, place_case(case), zone, Clock(None))
 
 
-def moved(grid: ContactGrid, offset: tuple[float, float], middle_mm: float = 0.0) -> ContactGrid:
-    """A grid moved by parts of its steps, at most by half of one to each side, and across to a middle."""
+def move_grid(grid: ContactGrid, offset: tuple[float, float], middle_mm: float = 0.0) -> ContactGrid:
+    """Move a grid by fractions of its spacing, and across to a middle.
+
+    The offset is at most half a spacing to each side.
+    """
     (x, s), (step_x, step_s) = offset, grid.steps_mm
     along_x = 0.0 if grid.half else (x - 0.5) * step_x
     return replace(grid, x_mm=grid.x_mm + along_x, s_mm=grid.s_mm + middle_mm + (s - 0.5) * step_s)
 
 
-Solved = tuple[Rung, Rung, Rung, float]
-"""A contact by both ideas of what of its opening is the elements', and on their own nodes; how soft they are."""
+ContactSolutions = tuple[Rung, Rung, Rung, float]
+"""Rungs of a contact, and the compliance error of its elements.
+
+Two rungs have different estimates of the opening that is due to the elements; the third is on the elements' own nodes.
+"""
 
 
-def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level: int) -> Solved:
-    """An exact case on the meshes of a level, read as the product reads it."""
-    exact, flat = case.exact, place_case(FLAT)
-    gap = GivenGap(rail=flat.rail, wheel=flat.wheel, touch_points=flat.touch_points, of=exact)
-    on = replace(bodies, grid=moved(bodies.grid, case.offset[level], exact.middle_mm))
-    problem = base.with_gap(on.grid.weighted_mean(gap.gap))
+def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level: int) -> ContactSolutions:
+    """Solve an exact case on a mesh level, and read it like the product."""
+    exact, flat_placement = case.exact, place_case(FLAT)
+    gap = GivenGap(
+        rail=flat_placement.rail, wheel=flat_placement.wheel, touch_points=flat_placement.touch_points, of=exact
+    )
+    shifted_bodies = replace(bodies, grid=move_grid(bodies.grid, case.offset[level], exact.middle_mm))
+    problem = base.with_gap(shifted_bodies.grid.weighted_mean(gap.gap))
     load = exact.hertz.normal_force_N
     solution = problem.solve(load)
-    true_gap = replace(make_true_gap(FLAT, flat), placement=gap)
-    nodal, *both = problem.read(solution, true_gap, on)
+    true_gap = replace(make_true_gap(FLAT, flat_placement), placement=gap)
+    nodal, *added_openings = problem.read(solution, true_gap, shifted_bodies)
     grid = make_covering_grid(exact.fine_grid(case.offset[3], half=case.contact.half), nodal)
-    fe, otherwise = (true_gap.solve(grid, load, added=added) for added in both)
-    assert solution.status == fe.status == otherwise.status == "converged"
-    return fe, otherwise, nodal, base.compliance_error
+    fe, alternative = (true_gap.solve(grid, load, added=added) for added in added_openings)
+    assert solution.status == fe.status == alternative.status == "converged"
+    return fe, alternative, nodal, base.compliance_error
 
 
 # --- errors ---------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
-class Held:
-    """True and stated errors of the judged measures of one case, relative to the finite elements or absolute."""
+class ErrorRow:
+    """True and stated errors of the judged measures of a case.
+
+    They are relative to the finite elements, or absolute.
+    """
 
     of: str
     case: str
@@ -677,26 +721,26 @@ class Held:
 
 
 @lru_cache(maxsize=2)
-def exact_errors(quick: bool = False) -> tuple[Held, ...]:
-    """Solve all exact cases; meshes are made once for all cases of a zone."""
+def exact_errors(quick: bool = False) -> tuple[ErrorRow, ...]:
+    """Errors of all exact cases; meshes are made once per zone."""
     cases = [*exact_cases(quick), *other_cases(quick)]
-    found: list[Held] = []
+    error_rows: list[ErrorRow] = []
     for zone in sorted({case.zone for case in cases}, key=lambda zone: (zone.aspect, zone.half, zone.wider)):
-        own = [case for case in cases if case.zone == zone]
+        zone_cases = [case for case in cases if case.zone == zone]
         refined = zone.wider == 1.0 and (zone.aspect, zone.half) in REFINED and not quick
         meshes = {"quick": (1, 0)} | (MORE_MESHES if refined else {})
-        solved = [_on_meshes(own, level) for level in range(max(levels[0] for levels in meshes.values()) + 1)]
+        solutions = [_on_meshes(zone_cases, level) for level in range(max(levels[0] for levels in meshes.values()) + 1)]
         for resolution, levels in meshes.items():
-            for case, *by_level in zip(own, *(solved[level] for level in levels), strict=True):
-                found.append(_held(case, resolution, by_level))
-                # elements so slender that the product leaves their contacts open have nothing to state
+            for case, *by_level in zip(zone_cases, *(solutions[level] for level in levels), strict=True):
+                error_rows.append(_finest_errors(case, resolution, by_level))
+                # elements that are too slender are unresolved in the product, and have no stated error
                 if not abs(by_level[0][3]) > COMPLIANCE_ERROR_LIMIT:
-                    found.append(_held_alone(case, resolution, by_level))
-    return tuple(found)
+                    error_rows.append(_own_nodes_errors(case, resolution, by_level))
+    return tuple(error_rows)
 
 
-def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[Solved]:
-    """Cases of one zone on the meshes of a level."""
+def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[ContactSolutions]:
+    """Solutions of the cases of a zone on a mesh level."""
     bodies = flat_bodies(cases[0].zone, level)
     try:
         base = make_coupled_problem(make_true_gap(FLAT, place_case(FLAT)), bodies)
@@ -705,25 +749,28 @@ def _on_meshes(cases: Sequence[ExactCase], level: int) -> list[Solved]:
         bodies.close()
 
 
-def _held(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> Held:
-    """Errors of the finest of some meshes, as the product states them and as they are."""
-    finest, otherwise, *_ = solved[0]
-    rungs = [fe for fe, *_ in solved]
-    values, (other,) = _read(rungs, case.exact), _read([otherwise], case.exact)
-    known = Stated(
+def _finest_errors(case: ExactCase, resolution: str, solutions: Sequence[ContactSolutions]) -> ErrorRow:
+    """True and stated errors on the finest of several mesh levels."""
+    finest, alternative, *_ = solutions[0]
+    rungs = [fe for fe, *_ in solutions]
+    values, (alternative_measures,) = _read(rungs, case.exact), _read([alternative], case.exact)
+    quality = Stated(
         residual=finest.residual, parting=any(is_barely_separate(rung) for rung in rungs), skew=compute_skewness(finest)
     )
     stated = {
-        name: estimate_uncertainty(name, [of[name] for of in values], known, otherwise=other[name]) for name in JUDGED
+        name: estimate_uncertainty(
+            name, [measures[name] for measures in values], quality, otherwise=alternative_measures[name]
+        )
+        for name in JUDGED
     }
-    return _beside(
+    return _error_row(
         case, SETS[2 * int(isinstance(case.contact, Galin)) + int(case.testing)], resolution, values[0], stated
     )
 
 
-def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> Held:
-    """Errors of the contact on the elements' own nodes, of the finest of some meshes."""
-    rungs = [nodal for _, _, nodal, _ in solved]
+def _own_nodes_errors(case: ExactCase, resolution: str, solutions: Sequence[ContactSolutions]) -> ErrorRow:
+    """Errors of the contact on the nodes of the finest elements."""
+    rungs = [nodal for _, _, nodal, _ in solutions]
     finest, values = rungs[0], _read(rungs, case.exact)
     patch = read_patch(finest)
     lengths = (
@@ -732,34 +779,40 @@ def _held_alone(case: ExactCase, resolution: str, solved: Sequence[Solved]) -> H
     stated = {
         name: estimate_elements_uncertainty(
             name,
-            [of[name] for of in values],
+            [measures[name] for measures in values],
             elements=min(length / step for length, step in zip(lengths, finest.grid.steps_mm, strict=True)),
-            compliance_error=solved[0][3],
+            compliance_error=solutions[0][3],
             residual=finest.residual,
         )
         for name in JUDGED
     }
-    return _beside(case, OWN_NODES[int(isinstance(case.contact, Galin))], resolution, values[0], stated)
+    return _error_row(case, OWN_NODES[int(isinstance(case.contact, Galin))], resolution, values[0], stated)
 
 
 def _read(rungs: Sequence[Rung], exact: Exact) -> list[dict[str, float]]:
-    """The judged measures of rungs, beside Hertz's ellipse at the touch point."""
+    """Judged measures of rungs, with Hertz's ellipse at the contact point as reference."""
     return [read_measures(rung).as_dict() | read_hertz_misfit(rung, exact.hertz).as_dict() for rung in rungs]
 
 
-def _beside(case: ExactCase, of: str, resolution: str, read: Mapping[str, float], stated: Mapping[str, float]) -> Held:
-    """True errors beside the stated ones, relative to the value read where Hertz has one too."""
+def _error_row(
+    case: ExactCase, set_name: str, resolution: str, measures: Mapping[str, float], stated: Mapping[str, float]
+) -> ErrorRow:
+    """Error row of a case.
+
+    Errors are relative to the value read if Hertz's theory has the measure too, otherwise absolute.
+    """
     true = case.exact.true
-    return Held(
-        of=of,
+    return ErrorRow(
+        of=set_name,
         case=_case_text(case),
         resolution=resolution,
         true={
-            name: abs(true[name] / read[name] - 1.0) if name in MEASURES else abs(true[name] - read[name])
+            name: abs(true[name] / measures[name] - 1.0) if name in MEASURES else abs(true[name] - measures[name])
             for name in JUDGED
         },
         stated={
-            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name]) * (true[name] / read[name] if name in MEASURES else 1.0)
+            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name])
+            * (true[name] / measures[name] if name in MEASURES else 1.0)
             for name in JUDGED
         },
     )
@@ -779,25 +832,27 @@ def _case_text(case: ExactCase) -> str:
     )
 
 
-def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
-    """Errors of each real position against the same one on the finest meshes."""
+def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[ErrorRow]:
+    """Errors of each real position against its solution on the finest meshes."""
     place = ("rail", "inclination_rad", "lateral_shift_mm", "load_kN")
     finest = {tuple(row[key] for key in place): row for row in rows if row["resolution"] == "standard"}
-    others = [row for row in rows if row["resolution"] != "standard" and tuple(row[key] for key in place) in finest]
+    coarse_rows = [
+        row for row in rows if row["resolution"] != "standard" and tuple(row[key] for key in place) in finest
+    ]
     testing = {(rail, INCLINATIONS[slope], shift) for rail, slope, shift, _ in random_positions(*TESTING)}
-    found = []
-    for row in others:
+    error_rows = []
+    for row in coarse_rows:
         best = finest[tuple(row[key] for key in place)]
         true, stated = {}, {}
         for name in JUDGED:
-            value, unsure, factor = deviation_columns(name)
+            value, uncertainty, factor = deviation_columns(name)
             true[name] = abs(float(row[value]) - float(best[value])) / factor
             of_bodies = CUT_PLANE_UNCERTAINTY[name] * (
                 abs(1.0 + float(row[value]) / factor) if name in MEASURES else 1.0
             )
-            stated[name] = float(row[unsure]) / factor - of_bodies
-        found.append(
-            Held(
+            stated[name] = float(row[uncertainty]) / factor - of_bodies
+        error_rows.append(
+            ErrorRow(
                 of=SETS[4 + int((row["rail"], row["inclination_rad"], row["lateral_shift_mm"]) in testing)],
                 case=f"{row['rail']}, inclined {1e3 * row['inclination_rad']:.0f} mrad, {row['lateral_shift_mm']:g} mm,"
                 f" {row['load_kN']:g} kN",
@@ -806,103 +861,129 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[Held]:
                 stated=stated,
             )
         )
-    return found
+    return error_rows
 
 
-def outside_percent(held: Sequence[Held], measure: str) -> float:
-    """Part of the cases whose true error is larger than the stated one."""
-    return 100.0 * float(np.mean([one.true[measure] > one.stated[measure] for one in held]))
+def outside_percent(error_rows: Sequence[ErrorRow], measure: str) -> float:
+    """Percentage of cases with a true error larger than the stated error."""
+    return 100.0 * float(np.mean([error_row.true[measure] > error_row.stated[measure] for error_row in error_rows]))
 
 
-def stated_over_true(held: Sequence[Held], measure: str) -> float:
-    """Median of the stated errors over the true one that 95 % of the cases stay within; infinite where none has any."""
-    within = float(np.quantile([one.true[measure] for one in held], 0.95))
-    return float(np.median([one.stated[measure] for one in held])) / within if within > 1e-9 else math.inf
+def stated_over_true(error_rows: Sequence[ErrorRow], measure: str) -> float:
+    """Median of the stated errors over the 95 % quantile of the true errors.
+
+    Infinite if no case has a true error.
+    """
+    quantile_95 = float(np.quantile([error_row.true[measure] for error_row in error_rows], 0.95))
+    return (
+        float(np.median([error_row.stated[measure] for error_row in error_rows])) / quantile_95
+        if quantile_95 > 1e-9
+        else math.inf
+    )
 
 
-# --- what is said of them -------------------------------------------------------------------------------------------
+# --- tables and checks ----------------------------------------------------------------------------------------------
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """How often the stated error holds, measure by measure and set by set."""
-    held = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
-    _write(held, out / "errors.csv")
-    _figure(held, out / "12_uncertainty.png")
+    """Share of cases inside the stated error, by measure and set."""
+    error_rows = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
+    _write(error_rows, out / "errors.csv")
+    _figure(error_rows, out / "12_uncertainty.png")
     lines = [
         "measure          set              cases  inside   true 95 %   stated mean  median  median stated / true 95 %"
     ]
     for name in JUDGED:
-        for of in (*SETS, *OWN_NODES):
-            own = [one for one in held if one.of == of]
-            if own:
-                true, stated = (100.0 * np.array([getattr(one, k)[name] for one in own]) for k in ("true", "stated"))
+        for set_name in (*SETS, *OWN_NODES):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            if set_rows:
+                true, stated = (
+                    100.0 * np.array([getattr(error_row, k)[name] for error_row in set_rows])
+                    for k in ("true", "stated")
+                )
                 lines.append(
-                    f"{name:<16} {of:<15} {len(own):6d} {100.0 - outside_percent(own, name):6.1f} %"
+                    f"{name:<16} {set_name:<15} {len(set_rows):6d} {100.0 - outside_percent(set_rows, name):6.1f} %"
                     f" {np.quantile(true, 0.95):9.3f} % {stated.mean():11.3f} % {np.median(stated):6.3f} %"
-                    f" {stated_over_true(own, name):10.2f}"
+                    f" {stated_over_true(set_rows, name):10.2f}"
                 )
     missed = [check for check in checks(rows) if not check.passed]
     return "\n".join([*lines, f"{len(missed)} of {len(checks(rows))} expectations are not met."])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Of every measure and set the part of the cases outside, and how large the stated error is for the true one."""
-    held = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
-    made = []
+    """Checks of the cases outside, and of stated over true errors, by measure and set."""
+    error_rows = [*exact_errors(_is_quick(rows)), *real_errors(rows)]
+    check_list = []
     for name in JUDGED:
-        for of in (*SETS, *OWN_NODES):
-            own = [one for one in held if one.of == of]
-            if not own:
+        for set_name in (*SETS, *OWN_NODES):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            if not set_rows:
                 continue
-            exact = not of.startswith("real")
-            about = {
-                "case": f"{of}, {len(own)} cases",
+            exact = not set_name.startswith("real")
+            common_entries = {
+                "case": f"{set_name}, {len(set_rows)} cases",
                 "reference": "exact contact" if exact else "9 elements and 48 nodes a semi-axis",
                 "kind": "analytic" if exact else "invariant",
                 "expected": None,
             }
-            outside = outside_percent(own, name)
-            made.append(
-                Check(quantity=f"{name}, cases outside, %", value=outside, limit_percent=OUTSIDE_PERCENT, **about)
+            outside = outside_percent(set_rows, name)
+            check_list.append(
+                Check(
+                    quantity=f"{name}, cases outside, %", value=outside, limit_percent=OUTSIDE_PERCENT, **common_entries
+                )
             )
-            # what coarse nodes read is stated with much to spare: it decides about nothing but their own verdict
-            if of in OWN_NODES or (of.startswith("ellipses") and name in OF_SKEW):
+            # readings of coarse nodes have large stated errors: they decide only the verdict on these nodes
+            if set_name in OWN_NODES or (set_name.startswith("ellipses") and name in OF_SKEW):
                 continue
             # measures that are zero, and read as zero, have no true error
-            if math.isfinite(ratio := stated_over_true(own, name)) and not _is_quick(rows):
+            if math.isfinite(ratio := stated_over_true(set_rows, name)) and not _is_quick(rows):
                 limit = 100.0 * MOST_STATED
-                made.append(
-                    Check(quantity=f"{name}, stated over true, %", value=100.0 * ratio, limit_percent=limit, **about)
+                check_list.append(
+                    Check(
+                        quantity=f"{name}, stated over true, %",
+                        value=100.0 * ratio,
+                        limit_percent=limit,
+                        **common_entries,
+                    )
                 )
-    return made
+    return check_list
 
 
 def _is_quick(rows: Sequence[Mapping[str, Any]]) -> bool:
     return len(rows) <= len(cases(quick=True))
 
 
-def _write(held: Sequence[Held], path: Path) -> None:
-    """All errors as a table, one line a case."""
+def _write(error_rows: Sequence[ErrorRow], path: Path) -> None:
+    """Write all errors as a table with a line per case."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["set", "case", "resolution", *(f"{k} {name}" for name in JUDGED for k in ("true", "stated"))])
-        for one in held:
-            numbers = [f"{values[name]:.6g}" for name in JUDGED for values in (one.true, one.stated)]
-            writer.writerow([one.of, one.case, one.resolution, *numbers])
+        for error_row in error_rows:
+            numbers = [f"{values[name]:.6g}" for name in JUDGED for values in (error_row.true, error_row.stated)]
+            writer.writerow([error_row.of, error_row.case, error_row.resolution, *numbers])
 
 
-def _figure(held: Sequence[Held], path: Path) -> None:
-    """Stated against true error of every measure; below the line the stated one is too small."""
+def _figure(error_rows: Sequence[ErrorRow], path: Path) -> None:
+    """Draw the stated against the true error of every measure.
+
+    Below the line the stated error is too small.
+    """
     figure = blank_figure(13.5, 6.6)
     panels = figure.subplots(2, 4)
     # an error of zero has no place on logarithmic axes
-    least = 1e-4
+    smallest_percent = 1e-4
     for name, ax in zip(JUDGED, panels.flat, strict=True):
-        for of, marker, colour in zip(SETS, "ox+*^s", SERIES_COLOURS, strict=False):
-            own = [one for one in held if one.of == of]
-            true, stated = ([max(100.0 * getattr(one, k)[name], least) for one in own] for k in ("true", "stated"))
-            ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=of)
-        ends = (least, 100.0 * max(max(one.true[name], one.stated[name]) for one in held))
+        for set_name, marker, colour in zip(SETS, "ox+*^s", SERIES_COLOURS, strict=False):
+            set_rows = [error_row for error_row in error_rows if error_row.of == set_name]
+            true, stated = (
+                [max(100.0 * getattr(error_row, k)[name], smallest_percent) for error_row in set_rows]
+                for k in ("true", "stated")
+            )
+            ax.plot(true, stated, marker, ms=4, mfc="none", color=colour, label=set_name)
+        ends = (
+            smallest_percent,
+            100.0 * max(max(error_row.true[name], error_row.stated[name]) for error_row in error_rows),
+        )
         ax.plot(ends, ends, color="0.4", lw=0.8)
         set_plain_log_scale(ax)
         ax.set_title(MEASURE_WORDS[name].name, fontsize=10)

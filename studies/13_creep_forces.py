@@ -62,17 +62,17 @@ SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.25, 1.0, 3.0, 4.0)
 LOADS_N = (50e3, 100e3)
 FRICTIONS = (0.15, 0.3, 0.5)
 QUICK_SHIFTS_MM = (4.0,)
-# The figure: positions, friction, and creepages along its axis.
+# Positions, friction and creepages of the figure.
 SHOWN_MM = (0.0, 0.25, 4.0)
 SHOWN_FRICTION = 0.3
 CURVE = (0.0, 2e-4, 5e-4, 8e-4, 1.2e-3, 1.6e-3, 2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 7e-3)
-# Of mu N: where Hertz holds in pressure.
+# Limit in % of mu N, where Hertz holds in pressure.
 LIMIT_PERCENT = 5.0
 LAWS = ("she", "polach", "fastsim")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Ten positions under two loads, or one."""
+    """Ten positions under two loads, or a single case."""
     return [
         Case(lateral_shift_mm=shift, load_N=load, roll="touching", creep=Creep(friction=SHOWN_FRICTION))
         for load in (LOADS_N[-1:] if quick else LOADS_N)
@@ -82,10 +82,11 @@ def cases(quick: bool = False) -> list[Case]:
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Largest differences over the creepages at one position, load and friction, in % of mu N.
+    """Largest differences over the creepages at a position, in % of mu N.
 
-    `of_laws` are those of laws on Hertz's ellipse from the exact theory on the real patch, `fastsim_itself` that of
-    FASTSIM from it, both on the real patch. `plane` and `curved` are the verdicts of forces, the exact theory on both
+    They belong to a single load and friction. `of_laws` are the differences between laws on Hertz's ellipse and the
+    exact theory on the real patch, `fastsim_itself` the difference between FASTSIM and the exact theory, both on the
+    real patch. `plane` and `curved` are the verdicts of forces, the exact theory on both
     patches, with creepages of the tangent plane and, under the shown friction, of the curved surfaces.
     """
 
@@ -112,18 +113,18 @@ def verdict(result: CaseResult, friction: float, curved: bool) -> ForceJudgement
 
 
 def errors(result: CaseResult, friction: float) -> Errors:
-    """Differences of one position under one friction."""
+    """Differences of a position under a friction."""
     hertz, real = patches(result, friction)
     limit, spin = real.ellipse.limit_N, calculate_case_creepages(result.case, result.placement).spin_per_mm
     coarse = coarsen_patch(real)
-    off: dict[str, list[float]] = {}
+    differences: dict[str, list[float]] = {}
     for creepages in list_creepages(result.case.creep.largest_creepage, spin):
         exact = calculate_creep_force("rolling_half_space", coarse, creepages)
-        told = {law: calculate_creep_force(law, hertz, creepages) for law in LAWS}
-        told["itself"] = calculate_creep_force("fastsim", real, creepages)
-        for name, force in told.items():
-            off.setdefault(name, []).append(1e2 * calculate_force_difference(force, exact, limit))
-    largest = {name: max(values) for name, values in off.items()}
+        forces = {law: calculate_creep_force(law, hertz, creepages) for law in LAWS}
+        forces["itself"] = calculate_creep_force("fastsim", real, creepages)
+        for name, force in forces.items():
+            differences.setdefault(name, []).append(1e2 * calculate_force_difference(force, exact, limit))
+    largest = {name: max(values) for name, values in differences.items()}
     return Errors(
         shift_mm=result.case.lateral_shift_mm,
         load_kN=result.case.load_N / 1e3,
@@ -136,11 +137,11 @@ def errors(result: CaseResult, friction: float) -> Errors:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Largest errors of each theory, and where pressure and force do not agree."""
+    """Largest errors of each theory, and verdicts by pressure and by force."""
     results = fecontact.load(out)
     assert isinstance(results, tuple)
-    held = [errors(result, friction) for result in results for friction in FRICTIONS]
-    _write(held, out / "creep_errors.csv")
+    error_rows = [errors(result, friction) for result in results for friction in FRICTIONS]
+    _write(error_rows, out / "creep_errors.csv")
     _figure(results, out / "13_creep_forces.png")
     lines = [
         "shift mm, load kN, friction; by pressure; by force, off by % of mu N at (xi, eta %); on curved surfaces; laws"
@@ -148,22 +149,30 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         "",
     ]
     by_pressure = {(row["lateral_shift_mm"], row["load_kN"]): row["verdict_answer"] for row in rows}
-    for one in held:
+    for error_row in error_rows:
         at = ", ".join(
-            f"{1e2 * each.deviation_of_muN:.1f} ({1e2 * each.creepages.xi:.2g}, {1e2 * each.creepages.eta:.2g})"
-            for each in one.plane.decided
+            f"{1e2 * decided_force.deviation_of_muN:.1f} ({1e2 * decided_force.creepages.xi:.2g},"
+            f" {1e2 * decided_force.creepages.eta:.2g})"
+            for decided_force in error_row.plane.decided
         )
-        curved = f"{one.curved.verdict.answer} {1e2 * one.curved.deviation[FORCE_MEASURE]:.1f}" if one.curved else ""
+        curved = (
+            f"{error_row.curved.verdict.answer} {1e2 * error_row.curved.deviation[FORCE_MEASURE]:.1f}"
+            if error_row.curved
+            else ""
+        )
         lines.append(
-            f"{one.shift_mm:8g} {one.load_kN:8g}  {one.friction:<4g}  {by_pressure[one.shift_mm, one.load_kN]:<10}"
-            f"  {one.plane.verdict.answer:<10} ± {1e2 * one.plane.uncertainty[FORCE_MEASURE]:.1f}: {at:<36}  {curved:<15}"
-            f"  {', '.join(f'{law} {off:.1f}' for law, off in one.of_laws.items())}; {one.fastsim_itself:.1f}"
+            f"{error_row.shift_mm:8g} {error_row.load_kN:8g}  {error_row.friction:<4g}"
+            f"  {by_pressure[error_row.shift_mm, error_row.load_kN]:<10}"
+            f"  {error_row.plane.verdict.answer:<10} ± {1e2 * error_row.plane.uncertainty[FORCE_MEASURE]:.1f}"
+            f": {at:<36}  {curved:<15}"
+            f"  {', '.join(f'{law} {off:.1f}' for law, off in error_row.of_laws.items())}"
+            f"; {error_row.fastsim_itself:.1f}"
         )
     return "\n".join(lines)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Where Hertz holds in pressure it holds in force."""
+    """Check that Hertz holds in force where it holds in pressure."""
     return [
         Check(
             quantity="creep force of Hertz, % of mu N",
@@ -180,7 +189,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     ]
 
 
-def _write(held: Sequence[Errors], path: Path) -> None:
+def _write(error_rows: Sequence[Errors], path: Path) -> None:
     """Table of all errors."""
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -190,31 +199,44 @@ def _write(held: Sequence[Errors], path: Path) -> None:
             + ["fastsim_real_percent"]
             + [f"{surface}_{what}" for surface in ("plane", "curved") for what in ("verdict", *_AT)]
         )
-        for one in held:
-            numbers = [*one.of_laws.values(), one.fastsim_itself]
-            told = [text for each in (one.plane, one.curved) for text in _verdict_texts(each)]
-            writer.writerow([one.shift_mm, one.load_kN, one.friction, *(f"{number:.3f}" for number in numbers), *told])
+        for error_row in error_rows:
+            numbers = [*error_row.of_laws.values(), error_row.fastsim_itself]
+            verdict_texts = [
+                text for judgement in (error_row.plane, error_row.curved) for text in _verdict_texts(judgement)
+            ]
+            writer.writerow(
+                [
+                    error_row.shift_mm,
+                    error_row.load_kN,
+                    error_row.friction,
+                    *(f"{number:.3f}" for number in numbers),
+                    *verdict_texts,
+                ]
+            )
 
 
 _AT = [f"{name}_{number}" for number in (1, 2) for name in ("percent", "uncertainty_percent", "xi", "eta")]
 
 
-def _verdict_texts(one: ForceJudgement | None) -> list[str]:
-    if one is None:
+def _verdict_texts(judgement: ForceJudgement | None) -> list[str]:
+    if judgement is None:
         return [""] * (1 + len(_AT))
     numbers = [
         number
-        for at in one.decided
+        for at in judgement.decided
         for number in (1e2 * at.deviation_of_muN, 1e2 * at.uncertainty_of_muN, at.creepages.xi, at.creepages.eta)
     ]
-    return [one.verdict.answer, *(f"{number:.6g}" for number in numbers)]
+    return [judgement.verdict.answer, *(f"{number:.6g}" for number in numbers)]
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
-    """Force against a creepage along one axis, over mu N, by the exact theory and FASTSIM, on both patches."""
+    """Force over mu N against a creepage along an axis.
+
+    Computed by the exact theory and by FASTSIM, on both patches.
+    """
     hertz, real = patches(result, friction)
     spin = calculate_case_creepages(result.case, result.placement).spin_per_mm
-    found: dict[str, list[float]] = {}
+    forces: dict[str, list[float]] = {}
     for size in CURVE:
         creepages = Creepages(spin_per_mm=spin, **{axis: size})
         for side, patch in (("Hertz", hertz), ("real", real)):
@@ -224,23 +246,23 @@ def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarra
                     value = -(force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
                 except FecontactError:
                     value = math.nan
-                found.setdefault(f"{theory}, {side}", []).append(value)
-    return {name: np.array(values) for name, values in found.items()}
+                forces.setdefault(f"{theory}, {side}", []).append(value)
+    return {name: np.array(values) for name, values in forces.items()}
 
 
 def _figure(results: Sequence[CaseResult], path: Path) -> None:
-    """Creep curves at a few positions: Hertz's ellipse and the real patch."""
-    shown = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
-    shown = [result for result in shown if result.case.load_N == LOADS_N[-1]]
-    figure = blank_figure(3.6 * len(shown) + 2.6, 6.8)
-    axes = np.asarray(figure.subplots(2, len(shown), sharex=True, sharey=True, squeeze=False))
+    """Draw creep curves of Hertz's ellipse and of the real patch."""
+    shown_results = [result for result in results if result.case.lateral_shift_mm in SHOWN_MM]
+    shown_results = [result for result in shown_results if result.case.load_N == LOADS_N[-1]]
+    figure = blank_figure(3.6 * len(shown_results) + 2.6, 6.8)
+    axes = np.asarray(figure.subplots(2, len(shown_results), sharex=True, sharey=True, squeeze=False))
     percent = 1e2 * np.array(CURVE)
-    for column, result in enumerate(sorted(shown, key=lambda one: one.case.lateral_shift_mm)):
+    for column, result in enumerate(sorted(shown_results, key=lambda shown_result: shown_result.case.lateral_shift_mm)):
         for row, (axis, word) in enumerate((("xi", "longitudinal"), ("eta", "lateral"))):
-            drawn, ax = curve(result, SHOWN_FRICTION, axis), axes[row, column]
+            curves, ax = curve(result, SHOWN_FRICTION, axis), axes[row, column]
             for side, label, colour in (("Hertz", "Hertz's ellipse", Colour.HERTZ), ("real", "real patch", Colour.FE)):
-                ax.plot(percent, drawn[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
-                ax.plot(percent, drawn[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
+                ax.plot(percent, curves[f"rolling_half_space, {side}"], color=colour, label=f"{label}, exact theory")
+                ax.plot(percent, curves[f"fastsim, {side}"], "--", color=colour, lw=1.0, label=f"{label}, FASTSIM")
             add_grid(ax)
             ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
             ax.set_xlabel(f"{word} creepage in %")

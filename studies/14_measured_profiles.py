@@ -18,9 +18,10 @@ and 0.2 %. All of 624 errors are inside what is stated, and all but those of b a
 every 0.1 mm). Without a nominal profile the peak is off by 11 to 42 % at worst, inside the 17 to 190 % that are stated.
 Taken as exact, 10 um every 0.2 mm give Hertz more than ten times its peak.
 
-A spike is what stands out of the scatter about it: 0.001 mm in a table of exact points, 0.3 mm in 0.02 mm of noise. Of
-1,422 tables with one wrong digit beside a junction under the touch point 1,056 are refused or named; of the other 366
-Hertz's peak is off by less than 1 % or than is stated in 358, and by up to twice what is stated in 8.
+A spike is a point outside the scatter of its neighbours: 0.001 mm in a table of exact points, 0.3 mm in 0.02 mm of
+noise. Of 1,422 tables with a wrong digit next to a junction under the contact point, 1,056 are refused or named. In the
+other 366 the error of Hertz's peak is below 1 % or below the stated uncertainty in 358, and up to twice the stated
+uncertainty in 8.
 """
 
 import sys
@@ -52,10 +53,10 @@ from fecontact.solving.profile_variants import estimate_hertz_uncertainty
 SHIFTS_MM = (-4.0, 0.0, 3.0, 4.0)
 NOISES_MM = (0.005, 0.01, 0.02)
 STEPS_MM = (0.1, 0.2, 0.5)
-# At 10 um every 0.2 mm, and elsewhere.
+# Numbers of seeds at 10 um every 0.2 mm, and elsewhere.
 SEEDS, FEWER_SEEDS = 20, 4
 MEASURES = ("p_max_MPa", "a_mm", "b_mm")
-# Of Hertz's peak and semi-axes at 10 um every 0.2 mm; three seeds reach 0.8 % at 0 mm and 0.1 % at the others.
+# Limit for Hertz's peak and semi-axes at 10 um every 0.2 mm. Three seeds reach 0.8 % at 0 mm and 0.1 % elsewhere.
 LIMIT_PERCENT = 3.0
 LEAST_COVERED = 0.95
 PAIR = {"rail": "60E1", "wheel": "S1002"}
@@ -63,7 +64,10 @@ PAIR = {"rail": "60E1", "wheel": "S1002"}
 
 @dataclass(frozen=True)
 class Error:
-    """Hertz on measured lines against the exact ones: relative errors of `MEASURES`, and what was stated of them."""
+    """Relative errors of Hertz on measured profiles, and the stated uncertainties.
+
+    Both have the order of `MEASURES`; the reference is Hertz on exact profiles.
+    """
 
     shift_mm: float
     noise_mm: float
@@ -74,7 +78,7 @@ class Error:
 
 
 def write_sampled(folder: Path, name: str, step_mm: float, noise_mm: float, seed: int) -> str:
-    """A file of points along an exact line with noise across it; its path."""
+    """Write a file of points with noise across an exact profile; returns its path."""
     profile = load_library_profile(name)
     s = np.arange(0.0, profile.length_mm, step_mm)
     p = profile.evaluate(profile.at_arc_length(s))
@@ -103,7 +107,7 @@ def measured(
     """Errors and stated uncertainties of all samples at all shifts."""
     exact = {shift: _hertz(_case(shift))[0] for shift in SHIFTS_MM}
     reading = Reading(nominal=nominal)
-    found = []
+    errors = []
     with TemporaryDirectory() as folder:
         for noise in noises_mm:
             for step in steps_mm:
@@ -112,34 +116,40 @@ def measured(
                     for shift in SHIFTS_MM:
                         values, stated = _hertz(_case(shift, rail_file=reading, wheel_file=reading, **files))
                         error = values / exact[shift] - 1.0
-                        found.append(Error(shift, noise, step, seed, tuple(error), tuple(stated)))
-    return found
+                        errors.append(Error(shift, noise, step, seed, tuple(error), tuple(stated)))
+    return errors
 
 
-def _case(shift_mm: float, **more: Any) -> Case:
-    return Case(**{**PAIR, **more}, inclination_rad=atan(1 / 40), lateral_shift_mm=shift_mm, roll="given")
+def _case(shift_mm: float, **overrides: Any) -> Case:
+    return Case(**{**PAIR, **overrides}, inclination_rad=atan(1 / 40), lateral_shift_mm=shift_mm, roll="given")
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The pair with exact lines, by finite elements: that its own uncertainty has no part of the profile."""
+    """Cases with exact profiles, by finite elements.
+
+    Their uncertainty has no contribution of the profile.
+    """
     shifts = (4.0,) if quick else SHIFTS_MM
     return [_case(shift, refine="never") for shift in shifts]
 
 
 def covered(errors: list[Error]) -> float:
-    """Part of the errors, of each measure, that lie inside what was stated."""
-    inside = [abs(e) <= s for one in errors for e, s in zip(one.error, one.stated, strict=True)]
+    """Share of the errors inside the stated uncertainty, over all measures."""
+    inside = [abs(e) <= s for error in errors for e, s in zip(error.error, error.stated, strict=True)]
     return float(np.mean(inside))
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Largest error of each measure over the seeds at 10 um every 0.2 mm, at each shift."""
+    """Checks of the largest error of each measure over the seeds, at each shift.
+
+    The noise is 10 um every 0.2 mm.
+    """
     errors = measured((0.01,), (0.2,), seeds=SEEDS if len(rows) > 1 else 3)
-    made = []
+    check_list = []
     for shift in SHIFTS_MM:
         for k, name in enumerate(MEASURES):
-            worst = max((one.error[k] for one in errors if one.shift_mm == shift), key=abs)
-            made.append(
+            worst = max((error.error[k] for error in errors if error.shift_mm == shift), key=abs)
+            check_list.append(
                 Check(
                     quantity="Hertz on measured lines, {}, {}".format(*name.rsplit("_", 1)),
                     case=f"10 um every 0.2 mm, shift {shift:+g} mm, worst seed",
@@ -150,7 +160,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     limit_percent=LIMIT_PERCENT,
                 )
             )
-    return made
+    return check_list
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
@@ -167,33 +177,34 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 def _table(errors: list[Error]) -> list[str]:
     lines = ["noise um  every mm  shift mm   p0: rms, worst %    a: rms, worst %    b: rms, worst %   covered %"]
-    for (noise, step, shift), own in _grouped(errors).items():
-        table = 100.0 * np.array([one.error for one in own])
+    for (noise, step, shift), group_errors in _grouped(errors).items():
+        table = 100.0 * np.array([error.error for error in group_errors])
         cells = "".join(f"{np.sqrt(np.mean(c**2)):11.2f}{np.abs(c).max():8.2f}" for c in table.T)
-        lines.append(f"{1e3 * noise:8g} {step:9g} {shift:+9g}{cells}{100 * covered(own):12.0f}")
+        lines.append(f"{1e3 * noise:8g} {step:9g} {shift:+9g}{cells}{100 * covered(group_errors):12.0f}")
     lines.append(f"Inside the stated uncertainty: {100 * covered(errors):.1f} % of {3 * len(errors)} errors.")
     return lines
 
 
 def _grouped(errors: list[Error]) -> dict[tuple[float, float, float], list[Error]]:
     grouped: dict[tuple[float, float, float], list[Error]] = {}
-    for one in errors:
-        grouped.setdefault((one.noise_mm, one.step_mm, one.shift_mm), []).append(one)
+    for error in errors:
+        grouped.setdefault((error.noise_mm, error.step_mm, error.shift_mm), []).append(error)
     return grouped
 
 
 def draw(errors: list[Error], without: list[Error], path: Path) -> Path:
-    """Largest error of each measure over the noise, and errors against what was stated of them."""
+    """Draw the largest errors over the noise, and errors against their stated uncertainty."""
     figure = blank_figure(14.0, 5.6)
     left, right = figure.subplots(1, 2)
     for k, name in enumerate(("p0", "a", "b")):
         for step, style in zip(STEPS_MM, ("-", "--", ":"), strict=True):
             worst = [
-                100.0 * max(abs(one.error[k]) for one in errors if one.noise_mm == noise and one.step_mm == step)
+                100.0
+                * max(abs(error.error[k]) for error in errors if error.noise_mm == noise and error.step_mm == step)
                 for noise in NOISES_MM
             ]
-            of = {"color": SERIES_COLOURS[k], "marker": SERIES_MARKS[k], "label": f"{name}, every {step:g} mm"}
-            left.plot([1e3 * noise for noise in NOISES_MM], worst, style, **of)
+            line_style = {"color": SERIES_COLOURS[k], "marker": SERIES_MARKS[k], "label": f"{name}, every {step:g} mm"}
+            left.plot([1e3 * noise for noise in NOISES_MM], worst, style, **line_style)
     left.axhline(LIMIT_PERCENT, color="0.5", lw=0.8)
     left.set(
         xlabel="noise of the points in um", ylabel="largest error of Hertz over shifts and seeds in %", ylim=(0, None)
@@ -201,10 +212,10 @@ def draw(errors: list[Error], without: list[Error], path: Path) -> Path:
     add_legend_beside(left)
     of_nominal = (errors, "o", SERIES_COLOURS[2], "deviation\nfrom the nominal")
     for group, marker, colour, label in (of_nominal, (without, "x", SERIES_COLOURS[3], "no nominal\nprofile")):
-        stated = 100.0 * np.array([one.stated[2] for one in group])
-        off = 100.0 * np.abs([one.error[2] for one in group])
+        stated = 100.0 * np.array([error.stated[2] for error in group])
+        deviations = 100.0 * np.abs([error.error[2] for error in group])
         style = {"color": colour, "ms": 4, "mfc": "none", "label": f"b, {label}"}
-        right.plot(np.maximum(stated, 1e-3), np.maximum(off, 1e-4), marker, **style)
+        right.plot(np.maximum(stated, 1e-3), np.maximum(deviations, 1e-4), marker, **style)
     right.plot([1e-2, 1e2], [1e-2, 1e2], color="0.5", lw=0.8)
     right.set(xlabel="stated uncertainty in %", ylabel="error of b in %")
     set_plain_log_scale(right)

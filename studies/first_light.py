@@ -26,16 +26,16 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Verdicts, and the position at which Hertz is furthest off."""
-    solved = [row for row in rows if row["status"] == "converged"]
-    if not solved:
+    """Verdicts, and the position with the largest deviation of Hertz."""
+    solved_rows = [row for row in rows if row["status"] == "converged"]
+    if not solved_rows:
         return "No position was solved."
     parts = []
     for verdict in ("HOLDS", "FAILS", "UNRESOLVED"):
-        shifts = [f"{row['lateral_shift_mm']:g}" for row in solved if row["verdict_answer"] == verdict]
+        shifts = [f"{row['lateral_shift_mm']:g}" for row in solved_rows if row["verdict_answer"] == verdict]
         if shifts:
             parts.append(f"{verdict} at {', '.join(shifts)} mm")
-    worst = max(solved, key=lambda row: abs(row["hertz_deviation_p_max_percent"]))
+    worst = max(solved_rows, key=lambda row: abs(row["hertz_deviation_p_max_percent"]))
     return (
         f"Hertz {'; '.join(parts)}. Its peak pressure is furthest off at {worst['lateral_shift_mm']:g} mm, by"
         f" {worst['hertz_deviation_p_max_percent']:+.1f} % (± {worst['hertz_uncertainty_p_max_percent']:.1f} %)."
