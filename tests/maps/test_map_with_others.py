@@ -33,9 +33,9 @@ from test_inputs import first_page, help_lines
 from test_outputs import elliptic_row, record  # noqa: F401
 from test_plasticity import (
     FORCE,
-    loaded,  # noqa: F401
+    loaded_sphere,  # noqa: F401
 )
-from test_regression import case_names, case_row, lines, position_row, refused, write_study
+from test_regression import case_names, case_row, lines, position_row, refuse_comparison, write_study
 from test_sources import EVALUATING
 from test_springs_in_tables import LOAD_N, position
 from test_static_roll import ALONE, WAYS, WHEELSET, rolls
@@ -134,12 +134,12 @@ def test_a_further_theory_is_in_maps(judged_result, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded):
-    load = loaded.load
+def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded_sphere):
+    load = loaded_sphere.load
     position = MapPosition(
         lateral_shift_mm=0.0, cells=(build_solved_cell(0.0, load),), limit=LoadLimit(reason="one load")
     )
-    yielding_map = ApplicabilityMap(case=loaded.case, loads_N=(FORCE,), positions=(position,))
+    yielding_map = ApplicabilityMap(case=loaded_sphere.case, loads_N=(FORCE,), positions=(position,))
     first, limit = load.plastic.yielded.first_yield_N, load.plastic.plastic_load_N
     assert position.yield_loads_N == {"first_yield_N": first, "plastic_load_N": limit}
     view = build_verdict_view(yielding_map)
@@ -297,7 +297,7 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
     (tmp_path / "map").mkdir()
     write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
-    err = refused(capsys, tmp_path / "map", study)
+    err = refuse_comparison(capsys, tmp_path / "map", study)
     assert "no case in common" in err
     assert ", or match them by their inputs with --match shift,load (2 in common)" in err
     for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
@@ -311,7 +311,7 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
         assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
     # without the shift a map has each load once for each shift
     write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
-    err = refused(capsys, tmp_path / "map", study, "--match", "load")
+    err = refuse_comparison(capsys, tmp_path / "map", study, "--match", "load")
     assert "are both load_kN 50" in err
     assert "in which they differ: lateral_shift_mm" in err
 
