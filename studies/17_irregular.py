@@ -63,18 +63,18 @@ HALF_SPACE_PERCENT = 0.3
 
 def cases(quick: bool = False) -> list[Case]:
     """The smooth pair, two waves and a flat; in quick size the smooth pair and one wave."""
-    every = [
+    irregular_cases = [
         Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine="never")
         for line, distance, _ in BY_ELEMENTS.values()
     ]
-    return every[:2] if quick else every
+    return irregular_cases[:2] if quick else irregular_cases
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """The half-space against an independent program, and the step to the bodies against that of the smooth pair."""
-    found = []
+    peak_checks = []
     for row, (name, (line, distance, expected)) in zip(rows, BY_ELEMENTS.items(), strict=False):
-        found.append(
+        peak_checks.append(
             Check(
                 quantity="peak pressure of the half-space, MPa",
                 case=f"{name} at {distance:g} mm",
@@ -86,40 +86,41 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             )
         )
         if line is not None:
-            smooth, own = (
-                1.0 + 1e-2 * float(one["steps_half_space_to_bodies_p_max_percent"]) for one in (rows[0], row)
+            smooth_ratio, peak_ratio = (
+                1.0 + 1e-2 * float(compared_row["steps_half_space_to_bodies_p_max_percent"])
+                for compared_row in (rows[0], row)
             )
-            found.append(
+            peak_checks.append(
                 Check(
                     quantity="peak pressure with the bodies over that without",
                     case=f"{name} at {distance:g} mm",
                     reference="the smooth pair: bodies do not know of it, but for the slope",
                     kind="invariant",
-                    value=own,
-                    expected=smooth,
+                    value=peak_ratio,
+                    expected=smooth_ratio,
                     limit_percent=1e2 * line.largest_slope,
                 )
             )
-    return found
+    return peak_checks
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """What the bodies add to the half-space, beside what they add to the smooth pair."""
     added = [float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows]
-    told = [f"{name} {one:+.2f} %" for name, one in zip(BY_ELEMENTS, added, strict=False)]
-    largest = max(abs(one - added[0]) for one in added[1:])
+    peak_changes = [f"{name} {percent:+.2f} %" for name, percent in zip(BY_ELEMENTS, added, strict=False)]
+    largest = max(abs(percent - added[0]) for percent in added[1:])
     return (
-        f"Finite bodies move the peak by {', '.join(told)}: what is irregular changes that by {largest:.2f} % at most,"
+        f"Finite bodies move the peak by {', '.join(peak_changes)}: what is irregular changes that by {largest:.2f} % at most,"
         " and the half-space is enough for it."
     )
 
 
-def everyday() -> list[str]:
+def everyday_table() -> list[str]:
     """Lines of text: what each model is worth on what a vehicle meets."""
     lines = ["| irregularity | model | worst force, % | worst peak, % | holds at places, % |", "|---|---|---|---|---|"]
     for name, (text, places) in EVERYDAY.items():
-        found = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())
-        for model, worst in found["worst"].items():
+        result = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())
+        for model, worst in result["worst"].items():
             force, peak = (
                 "-" if worst[key] is None else f"{1e2 * worst[key]:+.1f}" for key in ("force_error", "peak_error")
             )
@@ -129,13 +130,17 @@ def everyday() -> list[str]:
 
 def main() -> None:
     """Print the limits of the map and the table, and draw the map."""
-    found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=count_default_workers())
+    result = irregular(
+        REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=count_default_workers()
+    )
     for name in ("eq6", "fitted"):
-        limits = [(one["wavelength_mm"], one["amplitude_mm"][name]) for one in found["limits"]]
-        told = ", ".join(f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None)
-        print(f"{name} holds up to: {told}")
-    print("\n".join(everyday()))
-    print(draw_irregular(found, Path(__file__).parent / "figures" / "irregular.png"))
+        limits = [(limit["wavelength_mm"], limit["amplitude_mm"][name]) for limit in result["limits"]]
+        limit_words = ", ".join(
+            f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None
+        )
+        print(f"{name} holds up to: {limit_words}")
+    print("\n".join(everyday_table()))
+    print(draw_irregular(result, Path(__file__).parent / "figures" / "irregular.png"))
 
 
 if __name__ == "__main__":

@@ -76,7 +76,7 @@ def cases(quick: bool = False) -> list[Case]:
     return [Case(resolution=resolution, refine="never", **place) for resolution in resolutions for place in chosen]
 
 
-def off_percent(row: Row, measure: str) -> float:
+def difference_percent(row: Row, measure: str) -> float:
     """By how much the elements' own contact differs from the finer nodes' one."""
     return 100.0 * (float(row[f"elements_{measure}"]) / float(row[f"fe_{measure}"]) - 1.0)
 
@@ -86,18 +86,18 @@ def stated_percent(row: Row, measure: str) -> float:
     return float(row[f"elements_uncertainty_{measure.rsplit('_', 1)[0]}_percent"])
 
 
-def verdict_of(row: Row, *, by_elements: bool) -> str:
+def find_verdict(row: Row, *, by_elements: bool) -> str:
     """Verdict by peak, area and half-widths, of the elements' own contact or of the finer nodes."""
     limits, answers = Criteria().limits, []
     for measure in MEASURES:
         name = measure.rsplit("_", 1)[0]
         if by_elements:
             deviation = float(row[f"hertz_{measure}"]) / float(row[f"elements_{measure}"]) - 1.0
-            unsure = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
+            uncertainty = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
         else:
             deviation = 0.01 * float(row[f"hertz_deviation_{name}_percent"])
-            unsure = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
-        answers.append(compare_with_limit(deviation, unsure, limits[measure]))
+            uncertainty = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
+        answers.append(compare_with_limit(deviation, uncertainty, limits[measure]))
     return max(answers, key=ANSWERS_BEST_FIRST.index)
 
 
@@ -110,8 +110,8 @@ def exact_percent(row: Row, measure: str) -> float:
     """
     if measure == "area_mm2":
         return stated_percent(row, measure)
-    part = 1.0 / 6.0 if measure == "p_max_MPa" else 5.0 / 12.0
-    return BODIES_PERCENT + 100.0 * part / RESOLUTIONS[row["resolution"]] ** 2
+    coefficient = 1.0 / 6.0 if measure == "p_max_MPa" else 5.0 / 12.0
+    return BODIES_PERCENT + 100.0 * coefficient / RESOLUTIONS[row["resolution"]] ** 2
 
 
 def conclude(rows: list[Row], out: Path) -> str:
@@ -119,21 +119,21 @@ def conclude(rows: list[Row], out: Path) -> str:
     figure(rows, out / "elements_alone.png")
     lines = ["Elements' own contact against the finer nodes: largest difference (stated), %"]
     for resolution in dict.fromkeys(row["resolution"] for row in rows):
-        own = [row for row in rows if row["resolution"] == resolution]
+        resolution_rows = [row for row in rows if row["resolution"] == resolution]
         parts = (
-            f"{word} {max(abs(off_percent(row, m)) for row in own):.2f}"
-            f" ({max(stated_percent(row, m) for row in own):.2f})"
+            f"{word} {max(abs(difference_percent(row, m)) for row in resolution_rows):.2f}"
+            f" ({max(stated_percent(row, m) for row in resolution_rows):.2f})"
             for m, word in MEASURES.items()
         )
         lines.append(f"{resolution:9} {', '.join(parts)}")
     lines.append(
         "Rates over the element size, median: " + ", ".join(f"{w} {rate(rows, m):.1f}" for m, w in MEASURES.items())
     )
-    finest = [same[-1] for same in places(rows)]
-    known = [row for row in finest if verdict_of(row, by_elements=True) != "UNRESOLVED"]
-    same = sum(verdict_of(row, by_elements=True) == verdict_of(row, by_elements=False) for row in known)
+    finest = [place_rows[-1] for place_rows in places(rows)]
+    decided_rows = [row for row in finest if find_verdict(row, by_elements=True) != "UNRESOLVED"]
+    agreed = sum(find_verdict(row, by_elements=True) == find_verdict(row, by_elements=False) for row in decided_rows)
     lines.append(
-        f"By peak, area and half-widths finite elements alone say the same in {same} of {len(known)} places where they"
+        f"By peak, area and half-widths finite elements alone say the same in {agreed} of {len(decided_rows)} places where they"
         f" know it, of {len(finest)} in all."
     )
     return "\n".join(lines)
@@ -142,20 +142,20 @@ def conclude(rows: list[Row], out: Path) -> str:
 def rate(rows: Sequence[Row], measure: str) -> float:
     """Median power of the element size with which the difference to the finer nodes falls, from first to last mesh."""
     powers = []
-    for first, *_, last in (same for same in places(rows) if len(same) > 1):
+    for first, *_, last in (place_rows for place_rows in places(rows) if len(place_rows) > 1):
         finer = RESOLUTIONS[last["resolution"]] / RESOLUTIONS[first["resolution"]]
-        off = [max(abs(off_percent(row, measure)), 1e-3) for row in (first, last)]
-        powers.append(np.log(off[0] / off[1]) / np.log(finer))
+        differences = [max(abs(difference_percent(row, measure)), 1e-3) for row in (first, last)]
+        powers.append(np.log(differences[0] / differences[1]) / np.log(finer))
     return float(np.median(powers))
 
 
 def places(rows: Sequence[Row]) -> list[list[Row]]:
     """Rows of the same place and load, from coarse to fine."""
-    found: dict[tuple[str, float, float], list[Row]] = {}
+    rows_by_place: dict[tuple[str, float, float], list[Row]] = {}
     for row in rows:
         key = (str(row["rail"]), float(row["lateral_shift_mm"]), float(row["load_kN"]))
-        found.setdefault(key, []).append(row)
-    return list(found.values())
+        rows_by_place.setdefault(key, []).append(row)
+    return list(rows_by_place.values())
 
 
 def figure(rows: list[Row], path: Path) -> None:
@@ -163,17 +163,17 @@ def figure(rows: list[Row], path: Path) -> None:
     picture = blank_figure(11.0, 3.4)
     axes = picture.subplots(1, len(MEASURES), sharey=True)
     for ax, (measure, word) in zip(axes, MEASURES.items(), strict=True):
-        for number, own in enumerate(places(rows)):
-            count = [RESOLUTIONS[row["resolution"]] for row in own]
-            off = [abs(off_percent(row, measure)) for row in own]
+        for number, place_rows in enumerate(places(rows)):
+            count = [RESOLUTIONS[row["resolution"]] for row in place_rows]
+            differences = [abs(difference_percent(row, measure)) for row in place_rows]
             ax.loglog(
                 count,
-                off,
+                differences,
                 marker="o",
                 ms=4,
                 lw=1,
                 color=SERIES_COLOURS[number % len(SERIES_COLOURS)],
-                label=f"{own[0]['rail']} {float(own[0]['lateral_shift_mm']):+g} mm, {float(own[0]['load_kN']):g} kN",
+                label=f"{place_rows[0]['rail']} {float(place_rows[0]['lateral_shift_mm']):+g} mm, {float(place_rows[0]['load_kN']):g} kN",
             )
         ax.set_title(word)
         ax.set_xlabel("elements a semi-axis")
@@ -186,26 +186,26 @@ def figure(rows: list[Row], path: Path) -> None:
 
 def checks(rows: list[Row]) -> list[Check]:
     """Own contact inside its stated uncertainty everywhere, and beside Hertz where it is exact."""
-    made = []
+    contact_checks = []
     for row in rows:
         where = (
             f"{row['rail']}, {float(row['lateral_shift_mm']):+g} mm, {float(row['load_kN']):g} kN, {row['resolution']}"
         )
         for measure, word in MEASURES.items():
-            made.append(
+            contact_checks.append(
                 Check(
                     quantity=f"{word} of the elements' own contact, %",
                     case=where,
                     reference="finer nodes of the same bodies",
                     kind="invariant",
-                    value=off_percent(row, measure),
+                    value=difference_percent(row, measure),
                     expected=None,
                     limit_percent=stated_percent(row, measure),
                 )
             )
             if row["rail"] in EXACT:
                 unit = measure.rsplit("_", 1)[1]
-                made.append(
+                contact_checks.append(
                     Check(
                         quantity=f"{word} of the elements' own contact, {unit}",
                         case=where,
@@ -217,7 +217,7 @@ def checks(rows: list[Row]) -> list[Check]:
                         uncertainty_percent=stated_percent(row, measure),
                     )
                 )
-    return made
+    return contact_checks
 
 
 def main() -> None:

@@ -69,7 +69,7 @@ def cases(quick: bool = False) -> list[Case]:
     return [*positions, *(sphere(ratio, "standard") for ratio in SPHERES)]
 
 
-def wheel(shift_mm: float, load_kN: float, **more: Any) -> Case:
+def wheel(shift_mm: float, load_kN: float, **settings: Any) -> Case:
     """A position of S1002 on 60E1 without roll."""
     steel = replace(STEEL, yield_MPa=YIELD_MPA, tangent_MPa=TANGENT_MPA)
     return Case(
@@ -78,7 +78,7 @@ def wheel(shift_mm: float, load_kN: float, **more: Any) -> Case:
         roll="given",
         rail_material=steel,
         wheel_material=steel,
-        **more,
+        **settings,
     )
 
 
@@ -158,15 +158,15 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes = picture.add_subplot()
     for answer in ("HOLDS", "FAILS", "UNRESOLVED"):
         for junction, marker in ((False, "o"), (True, "s")):
-            own = [row for row in rows if (row["verdict_answer"], box(row)[0]) == (answer, junction)]
-            if own:
+            box_rows = [row for row in rows if (row["verdict_answer"], box(row)[0]) == (answer, junction)]
+            if box_rows:
                 axes.scatter(
-                    [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in own],
-                    [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in own],
+                    [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in box_rows],
+                    [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in box_rows],
                     c=ANSWER_COLOURS[answer],
                     ec="0.2",
                     marker=marker,
-                    label=f"{answer}, {'over a junction' if junction else 'over none'}: {len(own)}",
+                    label=f"{answer}, {'over a junction' if junction else 'over none'}: {len(box_rows)}",
                 )
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
     axes.set_xlabel("load / load of first yield")
@@ -194,12 +194,12 @@ def kogut_etsion(w: float) -> float:
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Spheres: peak and area by axisymmetric elements, force by Kogut and Etsion."""
-    found = []
+    sphere_checks = []
     for row in filter(is_sphere, rows):
         w, force = interference(row)
         ratio = elastic_peak_MPa() / float(row["plastic_bodies_rail_yield_MPa"])
         case = f"sphere, elastic peak {ratio:.2f} yield stresses"
-        found.append(
+        sphere_checks.append(
             Check(
                 quantity="force over that of first yield",
                 case=case,
@@ -210,15 +210,15 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 limit_percent=FORCE_PERCENT,
             )
         )
-        known = SPHERES.get(round(ratio, 2))
-        if known is None:
+        reference_ratios = SPHERES.get(round(ratio, 2))
+        if reference_ratios is None:
             continue
         peak = PEAK_PERCENT if row["resolution"] == "standard" else QUICK_PEAK_PERCENT
         for (measure, unit), expected, limit in zip(
-            (("p_max", "MPa"), ("area", "mm2")), known, (peak, AREA_PERCENT), strict=True
+            (("p_max", "MPa"), ("area", "mm2")), reference_ratios, (peak, AREA_PERCENT), strict=True
         ):
-            before, after = (float(row[f"{of}_{measure}_{unit}"]) for of in ("fe", "plastic"))
-            found.append(
+            before, after = (float(row[f"{prefix}_{measure}_{unit}"]) for prefix in ("fe", "plastic"))
+            sphere_checks.append(
                 Check(
                     quantity=f"{measure} over that of elastic bodies",
                     case=case,
@@ -230,7 +230,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     uncertainty_percent=float(row[f"steps_uncertainty_bodies_to_plastic_{measure}_percent"]),
                 )
             )
-    return found
+    return sphere_checks
 
 
 def main() -> None:

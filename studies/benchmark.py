@@ -75,12 +75,12 @@ def measure(case: Case) -> dict[str, Any]:
     position = expect_position(case)
     zone = make_fine_zone(position.expected, position.element_size_mm)
     bodies = couple_bodies(case, position.placement, zone, position.clock)
-    coupled = time.process_time()
+    coupling_end = time.process_time()
     problem = make_coupled_problem(position.true_gap, bodies)
     solution = problem.solve(case.load_N)
-    solved = time.process_time()
+    contact_end = time.process_time()
     hertz = compute_hertz(case, position.placement)
-    found = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
+    comparison = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
     end = time.process_time()
     again = problem.solve(0.8 * case.load_N)
     further = time.process_time() - end
@@ -98,16 +98,16 @@ def measure(case: Case) -> dict[str, Any]:
         "cpu_s": end - begin,
         "dof_per_cpu_s": dof / (end - begin),
         "peak_memory_MB": measure_peak_memory_MB(),
-        "p_max_error_percent": -100.0 * found.deviation["p_max_MPa"] / (1.0 + found.deviation["p_max_MPa"]),
-        "a_error_percent": -100.0 * found.deviation["a_mm"] / (1.0 + found.deviation["a_mm"]),
-        "b_error_percent": -100.0 * found.deviation["b_mm"] / (1.0 + found.deviation["b_mm"]),
-        "area_error_percent": -100.0 * found.deviation["area_mm2"] / (1.0 + found.deviation["area_mm2"]),
+        "p_max_error_percent": -100.0 * comparison.deviation["p_max_MPa"] / (1.0 + comparison.deviation["p_max_MPa"]),
+        "a_error_percent": -100.0 * comparison.deviation["a_mm"] / (1.0 + comparison.deviation["a_mm"]),
+        "b_error_percent": -100.0 * comparison.deviation["b_mm"] / (1.0 + comparison.deviation["b_mm"]),
+        "area_error_percent": -100.0 * comparison.deviation["area_mm2"] / (1.0 + comparison.deviation["area_mm2"]),
         "core_rms_percent": 100.0 * core_rms(bodies.grid, solution.pressure_MPa, hertz),
-        "l2_percent": 100.0 * found.pressure_l2,
+        "l2_percent": 100.0 * comparison.pressure_l2,
         "mesh_s": steps["mesh"],
         "assemble_s": steps["assemble"],
         "factorise_s": steps["factorise"],
-        "contact_s": solved - coupled,
+        "contact_s": contact_end - coupling_end,
         "compliance_calls": solution.compliance_calls + 1,
         "linear_solution_s": linear,
         "further_load_s": further,
@@ -156,15 +156,15 @@ def files(case: Case) -> dict[str, float]:
 
     start = time.process_time()
     result = solve(case)
-    solved = time.process_time()
+    solve_end = time.process_time()
     with TemporaryDirectory() as folder:
         keep_case(result, Path(folder))
-        loaded = time.process_time()
+        files_start = time.process_time()
         keep_case(result, Path(folder))
-        kept = time.process_time()
+        files_end = time.process_time()
         write_case_figure(result, Path(folder) / "case.png")
-        drawn = time.process_time()
-    return {"solve_s": solved - start, "files_s": kept - loaded, "picture_s": drawn - kept}
+        picture_end = time.process_time()
+    return {"solve_s": solve_end - start, "files_s": files_end - files_start, "picture_s": picture_end - files_end}
 
 
 def study_share(out: Path) -> float:
@@ -173,14 +173,14 @@ def study_share(out: Path) -> float:
 
     run(Path(__file__).parent / "first_light.py", out / "share", quick=True, workers=2, force=True)
     spent = os.times()
-    own = spent.user + spent.system
-    return own / (own + spent.children_user + spent.children_system)
+    process_seconds = spent.user + spent.system
+    return process_seconds / (process_seconds + spent.children_user + spent.children_system)
 
 
-def alone(function: Any, given: Case | Path) -> Any:
+def call_in_process(function: Any, argument: Case | Path) -> Any:
     """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
     with set_thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(function, given).result()
+        return pool.submit(function, argument).result()
 
 
 def study_seconds(workers: int, out: Path, quick: bool) -> float:
@@ -252,56 +252,61 @@ OLD_WORDS = {"--refine evidence": "--evidence"}
 FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
-def beside(quick: bool) -> str:
+def compare_with_commit(quick: bool) -> str:
     """CPU seconds of the commit before and of this code, of the same things, and their ratio; on one thread."""
-    here, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
+    repository, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
     with before as folder:
         tree, pair = Path(folder) / "before", Path(folder) / "pair"
-        git = ["git", "-C", str(here), "worktree"]
+        git = ["git", "-C", str(repository), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(tree), BEFORE], check=True)
         try:
             subprocess.run(
-                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=here
+                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=repository
             )
             files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
             # one after the other, twice, so that both have the same machine; the least of each
-            runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
+            runs = [(_geometry(tree, files), _geometry(repository, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
             commands = () if quick else COMMANDS
-            for root in (tree, here) if commands else ():
+            for root in (tree, repository) if commands else ():
                 # compiles what the commands import
-                _child(root, COMMANDS[1])
-            whole = {command: (_child(tree, _old(command)), _child(here, command)) for command in commands}
+                _run_command(root, COMMANDS[1])
+            command_costs = {
+                command: (_run_command(tree, _old_command(command)), _run_command(repository, command))
+                for command in commands
+            }
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
     lines = [f"{'CPU ms':56} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
     lines += [f"{name:56} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
     lines.append(f"{'CPU s (GB)':56} {BEFORE:>9} {'now':>16} {'ratio':>13}")
-    for command, ((cpu, memory), (cpu_now, memory_now)) in whole.items():
-        told = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
-        lines.append(f"{command:49} {told} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
+    for command, ((cpu, memory), (cpu_now, memory_now)) in command_costs.items():
+        figures = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
+        lines.append(f"{command:49} {figures} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
     return "\n".join(lines)
 
 
-def _of_commit(root: Path) -> dict[str, str]:
+def _commit_environment(root: Path) -> dict[str, str]:
     """Its own source on one thread, compiled once, as on a machine where it was used before."""
-    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return {**own, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**environment, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def _geometry(root: Path, files: list[str]) -> dict[str, float]:
     command = [sys.executable, "-c", GEOMETRY, *files]
-    made = subprocess.run(command, check=True, cwd=root, env=_of_commit(root), stdout=subprocess.PIPE, text=True)
-    return dict(json.loads(made.stdout))
+    process = subprocess.run(
+        command, check=True, cwd=root, env=_commit_environment(root), stdout=subprocess.PIPE, text=True
+    )
+    return dict(json.loads(process.stdout))
 
 
-def _old(command: str) -> str:
+def _old_command(command: str) -> str:
     for now, then in OLD_WORDS.items():
         command = command.replace(now, then)
     return command
 
 
-def _child(root: Path, command: str) -> tuple[float, float]:
+def _run_command(root: Path, command: str) -> tuple[float, float]:
     """CPU seconds and peak memory (GB) of a command in a process of its own; 3 is the exit code of an open verdict.
 
     A study and a map take one worker; what its process takes is told with that of the command.
@@ -310,18 +315,24 @@ def _child(root: Path, command: str) -> tuple[float, float]:
         for shift in SHIFTS_MM:
             (Path(out) / f"{shift}mm.toml").write_text(FOUR_LOADS.format(shift), encoding="utf-8")
         words = command.format(out=Path(out) / "made", loads=out).split()
-        given = [sys.executable, "-m", "fecontact", *words, *(["--workers", "1"] if words[0] in ("run", "map") else [])]
-        process = subprocess.Popen(given, cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
-        _, status, used = os.wait4(process.pid, 0)
+        arguments = [
+            sys.executable,
+            "-m",
+            "fecontact",
+            *words,
+            *(["--workers", "1"] if words[0] in ("run", "map") else []),
+        ]
+        process = subprocess.Popen(arguments, cwd=root, env=_commit_environment(root), stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
         assert os.waitstatus_to_exitcode(status) in (0, 3), command
-        return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0**2
+        return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0**2
 
 
 # --- What cores wait for: a map's positions differ, and its tables and report are made by one process.
 
 
 @dataclass(frozen=True, kw_only=True)
-class MadeMap:
+class MapTiming:
     """A map as it was made: wall seconds of all, of each position, and before and after the positions."""
 
     seconds: float
@@ -330,7 +341,7 @@ class MadeMap:
     after: float
 
 
-def made_map(workers: int, out: Path) -> MadeMap:
+def make_map(workers: int, out: Path) -> MapTiming:
     """Make the map; the seconds of its positions are known for one worker, which ends one before it begins another."""
     command = [*MAP.format(out=out).split(), "--workers", str(workers), "--quiet", "--force"]
     start = time.time()
@@ -340,7 +351,7 @@ def made_map(workers: int, out: Path) -> MadeMap:
     finished = sorted(path.stat().st_ctime for path in (out / "positions").iterdir() if path.is_dir())
     log = (out / "run.log").read_text("utf-8").splitlines()
     begun = datetime.strptime(next(line for line in log if "0 of" in line)[:23], "%Y-%m-%d %H:%M:%S,%f").timestamp()
-    return MadeMap(
+    return MapTiming(
         seconds=end - start,
         positions=tuple(last - first for first, last in pairwise((begun, *finished))),
         before=begun - start,
@@ -351,26 +362,26 @@ def made_map(workers: int, out: Path) -> MadeMap:
 def makespan(seconds: Iterable[float], workers: int) -> float:
     """Wall seconds of jobs that are handed out in their order to workers as these get free."""
     free = [0.0] * workers
-    for one in seconds:
-        heapq.heapreplace(free, free[0] + one)
+    for duration in seconds:
+        heapq.heapreplace(free, free[0] + duration)
     return max(free)
 
 
 def cores(out: Path) -> str:
     """The map with one worker and with two, what of the time they work, and the same of 64 by a model."""
-    one, two = (made_map(workers, out / f"map-{workers}") for workers in (1, 2))
-    work = sum(one.positions)
+    by_one, by_two = (make_map(workers, out / f"map-{workers}") for workers in (1, 2))
+    work = sum(by_one.positions)
     lines = [
-        f"a map of {len(one.positions)} positions: {one.seconds:.0f} s with one worker, {two.seconds:.0f} s with two",
-        f"positions take {min(one.positions):.1f} to {max(one.positions):.1f} s, {work:.0f} s in all;"
-        f" before them {one.before:.1f} s, after them {one.after:.1f} s (two workers: {two.after:.1f} s)",
+        f"a map of {len(by_one.positions)} positions: {by_one.seconds:.0f} s with one worker, {by_two.seconds:.0f} s with two",
+        f"positions take {min(by_one.positions):.1f} to {max(by_one.positions):.1f} s, {work:.0f} s in all;"
+        f" before them {by_one.before:.1f} s, after them {by_one.after:.1f} s (two workers: {by_two.after:.1f} s)",
     ]
-    longest_first = sorted(one.positions, reverse=True)
+    longest_first = sorted(by_one.positions, reverse=True)
     for workers in (2, 64):
         jobs = makespan(longest_first, workers)
-        whole = one.before + jobs + one.after
+        total = by_one.before + jobs + by_one.after
         lines.append(
-            f"by a model {workers} workers need {whole:.0f} s, of which the positions take {jobs:.0f} s"
+            f"by a model {workers} workers need {total:.0f} s, of which the positions take {jobs:.0f} s"
             f" ({work / workers / jobs:.0%} of the workers' time is work then)"
         )
     return "\n".join(lines)
@@ -399,7 +410,7 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
     share = {step: last[f"{step}_s"] / last["cpu_s"] for step in ("mesh", "assemble", "factorise", "contact")}
     lines += [
         f"contact / (assembling and factorising): {share['contact'] / (share['assemble'] + share['factorise']):.2f}",
-        f"parts of the whole: {', '.join(f'{step} {part:.0%}' for step, part in share.items())}",
+        f"parts of the whole: {', '.join(f'{step} {fraction:.0%}' for step, fraction in share.items())}",
         f"contact / one linear solution of both bodies: {last['contact_s'] / last['linear_solution_s']:.1f}",
         f"a further load / the first: {last['further_load_s'] / last['cpu_s']:.3f}"
         f" ({last['further_load_calls']} calls)",
@@ -453,33 +464,31 @@ def main() -> None:
     parser.add_argument("--million", action="store_true", help="up to a million unknowns by multigrid too")
     parser.add_argument("--cores", action="store_true", help="the map of 13 by 7 cells by 1 and 2 workers, and no more")
     parser.add_argument("--before", action="store_true", help=f"compare with commit {BEFORE}, and do nothing else")
-    given = parser.parse_args()
-    if given.before:
-        print(beside(given.quick))
+    options = parser.parse_args()
+    if options.before:
+        print(compare_with_commit(options.quick))
         return
-    given.out.mkdir(parents=True, exist_ok=True)
-    if given.cores:
-        print(cores(given.out))
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.cores:
+        print(cores(options.out))
         return
-    chosen = cases(given.quick)
-    rows = [alone(measure, case) for case in chosen]
-    large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if given.million else []
-    multigrid = [alone(measure, replace(case, solver="amg")) for case in (*chosen, *large)]
-    text = report(rows, multigrid, alone(assembly, chosen[0]))
-    kept = alone(files, Case(lateral_shift_mm=3.0))
-    text += f"\nfiles of a case / its solution: {kept['files_s'] / kept['solve_s']:.2f}"
-    text += f", its picture alone {kept['picture_s'] / kept['solve_s']:.2f}"
-    if given.study:
-        one, two = (study_seconds(workers, given.out, given.quick) for workers in (1, 2))
-        text += f"\nnine positions: {one:.0f} s with 1 process, {two:.0f} s with 2: {one / two:.2f} times faster"
-        text += (
-            f"\nnine positions in small: {alone(study_share, given.out):.0%} of the CPU seconds in their own process"
-        )
-    with (given.out / "benchmark.csv").open("w", newline="") as file:
+    chosen = cases(options.quick)
+    rows = [call_in_process(measure, case) for case in chosen]
+    large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if options.million else []
+    multigrid = [call_in_process(measure, replace(case, solver="amg")) for case in (*chosen, *large)]
+    text = report(rows, multigrid, call_in_process(assembly, chosen[0]))
+    file_seconds = call_in_process(files, Case(lateral_shift_mm=3.0))
+    text += f"\nfiles of a case / its solution: {file_seconds['files_s'] / file_seconds['solve_s']:.2f}"
+    text += f", its picture alone {file_seconds['picture_s'] / file_seconds['solve_s']:.2f}"
+    if options.study:
+        seconds_by_one, seconds_by_two = (study_seconds(workers, options.out, options.quick) for workers in (1, 2))
+        text += f"\nnine positions: {seconds_by_one:.0f} s with 1 process, {seconds_by_two:.0f} s with 2: {seconds_by_one / seconds_by_two:.2f} times faster"
+        text += f"\nnine positions in small: {call_in_process(study_share, options.out):.0%} of the CPU seconds in their own process"
+    with (options.out / "benchmark.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows([*rows, *multigrid])
-    figure(rows, multigrid, given.out / "benchmark.png")
+    figure(rows, multigrid, options.out / "benchmark.png")
     print(text)
 
 

@@ -70,9 +70,9 @@ def fill(out: Path, count: int) -> None:
     template = out / "template"
     if not (template / ROW_FILE).is_file():
         result = solve(TEMPLATE)
-        told = CaseRecords.of(result)
+        records = CaseRecords.of(result)
         write_solution(result, result.case, template)
-        write_case_records(result, told, template)
+        write_case_records(result, records, template)
         seal_case(result.case, template)
 
     study_runs.CaseWork = partial(Copy, template=template)
@@ -119,12 +119,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=5000)
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_store"))
-    given = parser.parse_args()
+    options = parser.parse_args()
     # each in a process of its own, whose peak of memory is its own
     for code in (_FILL, _RESUME, _JUDGE):
-        script = given.out / "measured.py"
+        script = options.out / "measured.py"
         script.parent.mkdir(parents=True, exist_ok=True)
-        script.write_text(code.format(studies=str(Path(__file__).parent), count=given.cases, out=str(given.out)))
+        script.write_text(code.format(studies=str(Path(__file__).parent), count=options.cases, out=str(options.out)))
         subprocess.run([sys.executable, str(script)], check=True)
 
 
