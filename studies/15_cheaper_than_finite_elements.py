@@ -71,7 +71,10 @@ LIMITS_PERCENT = {"p_max_MPa": 5.0, "area_mm2": 10.0, "a_mm": 10.0, "b_mm": 10.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Positions of each kind on all pairs under two loads, or those of 60E1 1:40 under one."""
+    """Positions of each kind on all pairs under two loads.
+
+    In quick size, the positions of 60E1 1:40 under one load.
+    """
     pairs, loads = (PAIRS[:1], (50.0,)) if quick else (PAIRS, (50.0, 100.0))
     positions = [_case(*pair, shift, load) for pair, shift, load in product(pairs, JUDGED_MM, loads)]
     return [replace(case, refine="never") for case in positions] if quick else positions
@@ -88,9 +91,9 @@ def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
 
 
 def survey(positions: Iterable[Case]) -> list[dict[str, Any]]:
-    """A row for each theory at each case: deviations from the half-space in %, status and milliseconds.
+    """Deviations of each theory from the half-space in %, with status and milliseconds.
 
-    A case that cannot be placed or solved has one row with the reason.
+    There is a row for each theory at each case. A case that cannot be placed or solved has one row with the reason.
     """
     rows: list[dict[str, Any]] = []
     for case in positions:
@@ -130,7 +133,11 @@ def holds(row: dict[str, Any]) -> bool:
 
 
 def describe_survey(rows: list[dict[str, Any]]) -> str:
-    """One line for each theory: how often it speaks and holds, its median and worst deviations, and its cost."""
+    """Table of the theories: answered shares, verdicts, deviations and cost.
+
+    Each theory has a line with the share of contacts that it answers, the share in which it holds, its median and worst
+    deviations, and its milliseconds.
+    """
     solved_rows = [row for row in rows if row["theory"] == "half_space" and row["status"] == "solved"]
     unsolved_rows = [row for row in rows if row["theory"] == "half_space" and row["status"] != "solved"]
     lines = [
@@ -157,7 +164,10 @@ def describe_survey(rows: list[dict[str, Any]]) -> str:
 
 
 def describe_largest_deviations(rows: list[dict[str, Any]], theory: str, count: int = 5) -> str:
-    """Where a theory that speaks is furthest off, by its largest deviation over the limit."""
+    """Positions with the largest deviations of a theory relative to the limits.
+
+    Only positions that the theory answers are compared.
+    """
 
     def over(row: dict[str, Any]) -> float:
         return max(abs(row[f"{name}_deviation_percent"]) / limit for name, limit in LIMITS_PERCENT.items())
@@ -173,7 +183,10 @@ def describe_largest_deviations(rows: list[dict[str, Any]], theory: str, count: 
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the finite elements say of each theory, and what it costs (figure cost.png); beside the half-space too."""
+    """Judgement of each theory by finite elements and by the half-space, and its cost.
+
+    The figure is cost.png.
+    """
     positions = [
         _case(row["rail"], inclination_of(row), float(row["lateral_shift_mm"]), float(row["load_kN"])) for row in rows
     ]
@@ -183,15 +196,15 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def inclination_of(row: dict[str, Any]) -> str:
-    """The inclination of a row's rail as it was given, 1:40 or such."""
+    """Inclination of the rail in a row as text, such as 1:40."""
     return f"1:{1.0 / np.tan(float(row['inclination_rad'])):.0f}"
 
 
 @dataclass(frozen=True, kw_only=True)
 class TheoryJudgement:
-    """A theory by the finite elements: verdicts, largest parts of a limit, and deviations of the peak in %, by row.
+    """Verdicts, limit utilisations and peak deviations (%) of a theory by finite elements.
 
-    Where a theory is undefined, Hertz is shown.
+    Each has an entry per row. Where a theory is undefined, Hertz is shown. Where a theory is undefined, Hertz is shown.
     """
 
     verdicts: tuple[str, ...]
@@ -200,7 +213,7 @@ class TheoryJudgement:
 
     @property
     def holds(self) -> int:
-        """In how many rows it holds."""
+        """Number of rows in which the theory holds."""
         return self.verdicts.count("HOLDS")
 
 
@@ -223,7 +236,10 @@ def _columns(row: dict[str, Any], name: str) -> tuple[str, float, float]:
 
 
 def describe_judgements(judgements: dict[str, TheoryJudgement], rows: list[dict[str, Any]]) -> str:
-    """In how many rows each is the cheapest that holds, in how many it holds, and how far its peak is off at most."""
+    """Numbers of verdicts and largest peak deviation of each theory.
+
+    For each theory: in how many rows it is the cheapest that holds, in how many it holds, in how many it fails.
+    """
     first = [str(row["cheapest_theory"]) for row in rows]
     lines = [f"Judged by finite elements, {len(rows)} positions and loads:"]
     for name, judgement in judgements.items():
@@ -237,7 +253,10 @@ def describe_judgements(judgements: dict[str, TheoryJudgement], rows: list[dict[
 
 
 def costs_ms(positions: list[Case]) -> dict[str, float]:
-    """Median CPU milliseconds of each theory at some cases, with its gap line made before."""
+    """Median CPU milliseconds of each theory at some cases.
+
+    The gap line is made before.
+    """
     times_ms: dict[str, list[float]] = {}
     for case in positions:
         placement = place_case(case)

@@ -59,19 +59,22 @@ THEORIES = ("multi_hertz", "overlap", "kik_piotrowski", "strip", "half_space")
 REFERENCE = THEORIES[-1]
 # Outer leading wheels by finite elements: shift (mm), yaw (mrad), vertical force (N).
 BY_ELEMENTS = {"Manchester, R 500 m": (6.12, 4.84, 58e3), "metro, R 300 m": (6.21, 5.57, 61e3)}
-# Leading shift and yaw, trailing shift, by the other program, and how far off they may be: its digits.
+# Leading shift and yaw, trailing shift, by the other program. The limit is the resolution of its printed digits.
 PROVEN = {("manchester", 1000.0): (5.31, 2.01, 1.50), ("metro", 300.0): (6.21, 5.57, 0.89)}
 PROVEN_PERCENT = 1.0
 LARGE_PERCENT = 10.0
 _LARGE = 1e-2 * LARGE_PERCENT
-# Y/Q below this is compared with it.
+# A Y/Q below this limit is compared with the limit.
 SMALL_Y_OVER_Q = 0.1
 # Positions and the load (N) of the figure's zones.
 ZONES_MM, ZONES_N = [0.25 * k for k in range(-24, 25)], 57e3
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Two outer leading wheels, yawed, with the roll of the wheelset; one in quick size."""
+    """Two outer leading wheels, yawed, with the roll of the wheelset.
+
+    In quick size, the first wheel.
+    """
     wheel_cases = [
         Case(**PAIR, lateral_shift_mm=shift, yaw_rad=1e-3 * yaw, load_N=load, roll="touching")
         for shift, yaw, load in BY_ELEMENTS.values()
@@ -103,7 +106,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the finite elements say of the two wheels; in full size where vehicles run, and what theories move."""
+    """Verdicts of the two wheels; in full size also the visited positions and theory differences."""
     words = [
         f"{name}: {row['verdict_answer']} ({', '.join(filter(None, (row['verdict_failing'], row['verdict_cause'])))})"
         for name, row in zip(BY_ELEMENTS, rows, strict=False)
@@ -125,7 +128,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def hertz_is_enough() -> dict[float, bool]:
-    """Whether Hertz's ellipse is within the criteria of the strip method, at each of the positions; without yaw."""
+    """Whether Hertz's ellipse meets the strip method's criteria at each position, without yaw."""
     lines = iterate_table_rows(Case(**PAIR, roll="touching"), ZONES_MM, [ZONES_N])
     return {line.case.lateral_shift_mm: line.cheapest.label == "hertz" for line in lines}
 
@@ -140,7 +143,7 @@ def _wheels(run: CurveRun) -> list[tuple[float, float]]:
 
 
 def _describe_visits(results: dict[str, CurveResults], enough: dict[float, bool]) -> str:
-    """A sentence on where the wheels are, by the reference."""
+    """Sentence on the positions of the wheels by the reference."""
     parts = []
     for name, curves in results.items():
         runs = curves.runs[REFERENCE]
@@ -156,7 +159,7 @@ def _describe_visits(results: dict[str, CurveResults], enough: dict[float, bool]
 
 
 def _describe_differences(results: dict[str, CurveResults]) -> str:
-    """A sentence on what theories move by more than a tenth, against the reference."""
+    """Sentence on theory deviations above a tenth from the reference."""
     parts = []
     for name, curves in results.items():
         for theory in THEORIES[:-1]:
@@ -176,7 +179,10 @@ def _describe_differences(results: dict[str, CurveResults]) -> str:
 
 
 def _relative_deviations(run: CurveRun, reference_run: CurveRun) -> tuple[float, float]:
-    """How far the leading wheelset is off in shift and in Y/Q of its outer wheel, as parts of the other's."""
+    """Relative deviations of the leading wheelset in shift and outer-wheel Y/Q.
+
+    Both are relative to the reference run. A Y/Q below `SMALL_Y_OVER_Q` is compared with that limit.
+    """
     a, b = run.wheelsets[0], reference_run.wheelsets[0]
     y_over_q, reference_y_over_q = a.wheels[0].y_over_q, b.wheels[0].y_over_q
     return (
@@ -206,7 +212,10 @@ def _table(results: dict[str, CurveResults]) -> list[str]:
 
 
 def draw(results: dict[str, CurveResults], enough: dict[float, bool], path: Path) -> Path:
-    """Draw where the four wheels of a bogie are on the map of the left wheel, over the radius, and their yaw."""
+    """Draw the positions of a bogie's four wheels over the radius, and their yaw.
+
+    The positions are on the map of the left wheel.
+    """
     figure = blank_figure(12.0, 5.0)
     axes = figure.subplots(1, 2)
     step = ZONES_MM[1] - ZONES_MM[0]

@@ -39,7 +39,7 @@ CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "incli
 REAL = Case(lateral_shift_mm=3.0, inclination_rad=math.atan(1.0 / 40.0))
 WAVELENGTHS_MM = (20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 120.0, 160.0, 200.0)
 AMPLITUDES_MM = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
-# What the vehicle meets: its text, and at which places beside the middle it is looked at.
+# Irregularities in service: text of the irregularity, and the positions besides its middle that are evaluated.
 EVERYDAY: dict[str, tuple[str, tuple[float, ...]]] = {
     "corrugation of 30 mm, 25 um": ("sine:wavelength_mm=30,amplitude_um=25", ()),
     "corrugation of 60 mm, 25 um": ("sine:wavelength_mm=60,amplitude_um=25", ()),
@@ -50,7 +50,7 @@ EVERYDAY: dict[str, tuple[str, tuple[float, ...]]] = {
     "worn flat of 52 mm": ("haversine:length_mm=52,depth_mm=0.435", ()),
     "fresh flat of 40 mm": ("chord:length_mm=40", ()),
 }
-# By finite elements: the wave or flat, where on it, and the peak of the half-space by an independent program.
+# By finite elements: irregularity, position on it (mm), and the half-space's peak (MPa) by an independent program.
 BY_ELEMENTS: dict[str, tuple[Irregularity | None, float, float]] = {
     "smooth": (None, 0.0, 1237.56),
     "wave of 50 mm": (Irregularity(kind="sine", wavelength_mm=50.0, amplitude_mm=0.010), 25.0, 1264.3),
@@ -62,7 +62,10 @@ HALF_SPACE_PERCENT = 0.3
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The smooth pair, two waves and a flat; in quick size the smooth pair and one wave."""
+    """The smooth pair, two waves and a flat.
+
+    In quick size, the smooth pair and one wave.
+    """
     irregular_cases = [
         Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine="never")
         for line, distance, _ in BY_ELEMENTS.values()
@@ -71,7 +74,10 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The half-space against an independent program, and the step to the bodies against that of the smooth pair."""
+    """Checks of the half-space by an independent program and of the bodies' step.
+
+    The step from the half-space to the bodies is compared with the step of the smooth pair.
+    """
     peak_checks = []
     for row, (name, (line, distance, expected)) in zip(rows, BY_ELEMENTS.items(), strict=False):
         peak_checks.append(
@@ -105,18 +111,18 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the bodies add to the half-space, beside what they add to the smooth pair."""
+    """Contributions of the bodies to the peak, compared with the smooth pair."""
     added = [float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows]
     peak_changes = [f"{name} {percent:+.2f} %" for name, percent in zip(BY_ELEMENTS, added, strict=False)]
     largest = max(abs(percent - added[0]) for percent in added[1:])
     return (
-        f"Finite bodies move the peak by {', '.join(peak_changes)}: what is irregular changes that by {largest:.2f} % at most,"
-        " and the half-space is enough for it."
+        f"Finite bodies move the peak by {', '.join(peak_changes)}: what is irregular changes that by"
+        f" {largest:.2f} % at most, and the half-space is enough for it."
     )
 
 
 def everyday_table() -> list[str]:
-    """Lines of text: what each model is worth on what a vehicle meets."""
+    """Table of the errors of each model on everyday irregularities."""
     lines = ["| irregularity | model | worst force, % | worst peak, % | holds at places, % |", "|---|---|---|---|---|"]
     for name, (text, places) in EVERYDAY.items():
         result = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())

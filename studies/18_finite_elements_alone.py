@@ -53,18 +53,19 @@ from fecontact.regression.checks import Check
 Row = dict[str, Any]
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 1.0, 3.0, 4.0)
-# Cells of the README's map in which Hertz holds, under loads a tenth below those at which it fails there.
+# Cells of the README's map in which Hertz holds: loads are 10 % below the load at which Hertz fails there.
 NEAR_LIMITS = ((-1.5, 95e3), (-1.0, 53e3), (2.5, 48e3), (3.0, 82e3), (3.5, 129e3), (4.5, 102e3))
 EXACT = ("circle:300", "circle:80")
 MEASURES = {"p_max_MPa": "peak", "area_mm2": "area", "a_mm": "a", "b_mm": "b"}
-# What the bodies themselves are off Hertz, as in study 01; means over the elements around a node add to it.
+# Deviation of the bodies from Hertz, as in study 01; means over the elements around a node add to it.
 BODIES_PERCENT = 0.5
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Nine positions, two exact ones and six cells near limits at three resolutions, the coarsest first; or two at two.
+    """Nine positions, two exact contacts and six cells near limits at three resolutions.
 
-    So that what is there of a run that was stopped is whole resolutions, and the same command goes on.
+    In quick size, one position and one exact contact at two resolutions. The coarsest resolution is first: an
+    interrupted run has complete resolutions, and the same command resumes it.
     """
     chosen: list[dict[str, Any]] = [
         {"rail": rail, "wheel": "cylinder:460", "inclination_rad": 0.0} for rail in (EXACT[:1] if quick else EXACT)
@@ -77,17 +78,17 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def difference_percent(row: Row, measure: str) -> float:
-    """By how much the elements' own contact differs from the finer nodes' one."""
+    """Relative difference of the elements' contact from the contact on finer nodes."""
     return 100.0 * (float(row[f"elements_{measure}"]) / float(row[f"fe_{measure}"]) - 1.0)
 
 
 def stated_percent(row: Row, measure: str) -> float:
-    """Stated uncertainty of the elements' own measure."""
+    """Stated uncertainty of a measure of the elements' contact."""
     return float(row[f"elements_uncertainty_{measure.rsplit('_', 1)[0]}_percent"])
 
 
 def find_verdict(row: Row, *, by_elements: bool) -> str:
-    """Verdict by peak, area and half-widths, of the elements' own contact or of the finer nodes."""
+    """Verdict by peak, area and half-widths, from the elements' contact or the finer nodes."""
     limits, answers = Criteria().limits, []
     for measure in MEASURES:
         name = measure.rsplit("_", 1)[0]
@@ -102,7 +103,7 @@ def find_verdict(row: Row, *, by_elements: bool) -> str:
 
 
 def exact_percent(row: Row, measure: str) -> float:
-    """Limit of an own measure beside an exact one.
+    """Limit of a measure of the elements' contact against an exact contact.
 
     A nodal pressure is a mean over its hat, which has a variance of h^2 / 6 in each direction: with n elements a
     semi-axis the peak reads lower by 1 / (6 n^2), sqrt(5 <x^2>) longer by 5 / (12 n^2). Where the edge lies between
@@ -115,7 +116,7 @@ def exact_percent(row: Row, measure: str) -> float:
 
 
 def conclude(rows: list[Row], out: Path) -> str:
-    """What is left between both at each resolution, rates, and whether the elements alone say the same."""
+    """Largest differences at each resolution, convergence rates and agreement of the verdicts."""
     figure(rows, out / "elements_alone.png")
     lines = ["Elements' own contact against the finer nodes: largest difference (stated), %"]
     for resolution in dict.fromkeys(row["resolution"] for row in rows):
@@ -133,14 +134,17 @@ def conclude(rows: list[Row], out: Path) -> str:
     decided_rows = [row for row in finest if find_verdict(row, by_elements=True) != "UNRESOLVED"]
     agreed = sum(find_verdict(row, by_elements=True) == find_verdict(row, by_elements=False) for row in decided_rows)
     lines.append(
-        f"By peak, area and half-widths finite elements alone say the same in {agreed} of {len(decided_rows)} places where they"
-        f" know it, of {len(finest)} in all."
+        f"By peak, area and half-widths finite elements alone say the same in {agreed} of {len(decided_rows)}"
+        f" places where they know it, of {len(finest)} in all."
     )
     return "\n".join(lines)
 
 
 def rate(rows: Sequence[Row], measure: str) -> float:
-    """Median power of the element size with which the difference to the finer nodes falls, from first to last mesh."""
+    """Median convergence order of the difference to the finer nodes in the element size.
+
+    The order is fitted between the first and the last mesh of each place.
+    """
     powers = []
     for first, *_, last in (place_rows for place_rows in places(rows) if len(place_rows) > 1):
         finer = RESOLUTIONS[last["resolution"]] / RESOLUTIONS[first["resolution"]]
@@ -150,7 +154,7 @@ def rate(rows: Sequence[Row], measure: str) -> float:
 
 
 def places(rows: Sequence[Row]) -> list[list[Row]]:
-    """Rows of the same place and load, from coarse to fine."""
+    """Rows grouped by place and load, from coarse to fine."""
     rows_by_place: dict[tuple[str, float, float], list[Row]] = {}
     for row in rows:
         key = (str(row["rail"]), float(row["lateral_shift_mm"]), float(row["load_kN"]))
@@ -159,7 +163,7 @@ def places(rows: Sequence[Row]) -> list[list[Row]]:
 
 
 def figure(rows: list[Row], path: Path) -> None:
-    """Differences over the number of elements, one panel a measure."""
+    """Differences over the number of elements, a panel per measure."""
     picture = blank_figure(11.0, 3.4)
     axes = picture.subplots(1, len(MEASURES), sharey=True)
     for ax, (measure, word) in zip(axes, MEASURES.items(), strict=True):
@@ -173,7 +177,10 @@ def figure(rows: list[Row], path: Path) -> None:
                 ms=4,
                 lw=1,
                 color=SERIES_COLOURS[number % len(SERIES_COLOURS)],
-                label=f"{place_rows[0]['rail']} {float(place_rows[0]['lateral_shift_mm']):+g} mm, {float(place_rows[0]['load_kN']):g} kN",
+                label=(
+                    f"{place_rows[0]['rail']} {float(place_rows[0]['lateral_shift_mm']):+g} mm,"
+                    f" {float(place_rows[0]['load_kN']):g} kN"
+                ),
             )
         ax.set_title(word)
         ax.set_xlabel("elements a semi-axis")
@@ -185,7 +192,7 @@ def figure(rows: list[Row], path: Path) -> None:
 
 
 def checks(rows: list[Row]) -> list[Check]:
-    """Own contact inside its stated uncertainty everywhere, and beside Hertz where it is exact."""
+    """Checks of the elements' contact against its stated uncertainty and against exact Hertz."""
     contact_checks = []
     for row in rows:
         where = (

@@ -59,15 +59,15 @@ SHIFTS_MM = tuple(0.5 * k for k in range(-16, 17))
 LOADS_KN = (25.0, 50.0, 75.0, 100.0, 125.0)
 DRAWN = 75
 LETTERS = {HOLDS: "H", FAILS: "F", OPEN: "O", "REFUSED": "R"}
-# By the screen Hertz holds, fails, and is near its limits.
+# Positions at which Hertz holds, fails, and is near its limits by the screen.
 QUICK = (
     ("1in40", "EN13715_1in40", "46E1", 4.5, 75.0),
     ("1in40", "S1002", "50E6", 2.5, 25.0),
     ("1in40", "S1002", "60E1", 3.0, 100.0),
 )
-# Largest difference of what the screen and finite elements say that Hertz's peak is off, where the screen is sure.
+# Largest difference between Hertz's peak deviations by the screen and by finite elements, where the screen is sure.
 PEAK_PERCENT = 2.0
-# The one position of 250 at which they differ by more (see above); its verdicts are compared as all others.
+# The only position of 250 with a larger difference (see above); its verdicts are compared like all others.
 STRIPS_ARE_OFF = ("upright", "S1002", "46E1", 6.0, 50.0)
 LEAST_AGREED_PERCENT = 95.0
 _SAMPLE_COLUMNS = "inclusion_probability, fe_verdict, fe_p_max_percent"
@@ -92,7 +92,7 @@ refine = "never"
 
 
 def fleet_file(inclination: str) -> str:
-    """The file of the fleet of an inclination."""
+    """Text of the fleet file of an inclination."""
     lists = {"wheels": WHEELS, "rails": RAILS, "shifts": SHIFTS_MM, "loads": LOADS_KN}
     texts = {name: repr(list(values)).replace("'", '"') for name, values in lists.items()}
     return _FLEET.format(**texts, inclination=inclination)
@@ -103,7 +103,7 @@ def fleet_file(inclination: str) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnPosition:
-    """A drawn position: its place, what the screen says of it, for what it stands, and what finite elements say."""
+    """A drawn position with its place, screen verdict, weight and finite-element verdict."""
 
     inclination: str
     wheel: str
@@ -125,7 +125,7 @@ class DrawnPosition:
 
     @property
     def case(self) -> Case:
-        """The position by finite elements."""
+        """The position as a case for finite elements."""
         return Case(
             wheel=self.wheel,
             rail=self.rail,
@@ -137,7 +137,7 @@ class DrawnPosition:
 
 
 def sample() -> list[DrawnPosition]:
-    """All drawn positions as they were solved."""
+    """All drawn positions with their finite-element verdicts."""
     kinds = DrawnPosition.__annotations__
     with (ATLAS / "sample.csv").open(encoding="utf-8", newline="") as file:
         return [
@@ -149,13 +149,16 @@ def sample() -> list[DrawnPosition]:
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All drawn positions at which the wheel stands, or three of them."""
+    """All drawn positions in which the wheel stands.
+
+    In quick size, three of them.
+    """
     cases_by_place = {position.place: position.case for position in sample() if position.stratum != "refused"}
     return [case for place, case in cases_by_place.items() if not quick or place in QUICK]
 
 
 def match_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[DrawnPosition, Mapping[str, Any]]]:
-    """Rows that were solved, with their drawn positions."""
+    """Converged rows with their drawn positions."""
     by_place = {
         _place(
             position.wheel, position.rail, position.case.inclination_rad, position.shift_mm, position.load_kN
@@ -173,7 +176,10 @@ def _place(wheel: str, rail: str, *numbers: float) -> tuple[str | float, ...]:
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Hertz's peak off by the screen where it is sure, and its verdicts where both decide, against finite elements."""
+    """Checks of the screen's Hertz peaks and verdicts against finite elements.
+
+    Peaks are compared where the screen is sure, verdicts where both decide.
+    """
     matched_rows = list(match_rows(rows))
     verdict_pairs = decided_verdicts(matched_rows)
     agreed = Check(
@@ -188,7 +194,8 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     return [agreed] + [
         Check(
             quantity="Hertz's peak off by finite elements minus by the screen, %",
-            case=f"{position.wheel} on {position.rail} {position.inclination}, {position.shift_mm:g} mm, {position.load_kN:g} kN",
+            case=f"{position.wheel} on {position.rail} {position.inclination}, {position.shift_mm:g} mm,"
+            f" {position.load_kN:g} kN",
             reference="finite elements",
             kind="invariant",
             value=float(row["hertz_deviation_p_max_percent"]) - position.p_max_percent,
@@ -202,13 +209,13 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def decided_verdicts(matched_rows: Iterable[tuple[DrawnPosition, Mapping[str, Any]]]) -> list[tuple[str, str]]:
-    """What the screen and finite elements say where both decide."""
+    """Verdicts of the screen and of finite elements where both decide."""
     verdict_pairs = [(position.verdict, str(row["verdict_answer"])) for position, row in matched_rows]
     return [pair for pair in verdict_pairs if {*pair} <= {HOLDS, FAILS}]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Where finite elements and the screen decide, how often they agree; and the share at which Hertz holds."""
+    """Agreement of screen and finite elements, and the share in which Hertz holds."""
     verdict_pairs = decided_verdicts(match_rows(rows))
     agreed = sum(screen == elements for screen, elements in verdict_pairs)
     return (
@@ -218,7 +225,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def share() -> Share:
-    """The share of all positions at which Hertz holds, by finite elements, with its interval."""
+    """Share of all positions in which Hertz holds, by finite elements, with its interval."""
     drawn_positions = sample()
     return estimate_share(
         [
@@ -231,7 +238,10 @@ def share() -> Share:
 
 
 def _stratum(name: str, drawn_positions: Sequence[DrawnPosition]) -> Stratum:
-    """A stratum of all four fleets together; each drawn position stands for as many as its probability says."""
+    """A stratum of all four fleets together.
+
+    The weight of each drawn position is divided by its inclusion probability.
+    """
     stratum_positions = [position for position in drawn_positions if position.stratum == name]
     weights, inclusion = (
         np.array([getattr(position, column) for position in stratum_positions])
@@ -262,13 +272,16 @@ def atlas() -> dict[tuple[str, str, str], dict[float, str]]:
 
 
 def holds_up_to_kN(letters: str) -> float:
-    """The largest load up to which Hertz holds at each load tried; 0 where it does at none."""
+    """Largest load up to which Hertz holds at every tested load.
+
+    The load is 0 if Hertz does not hold at the smallest load.
+    """
     count = len(letters) - len(letters.lstrip("H"))
     return LOADS_KN[count - 1] if count else 0.0
 
 
 def ranges(shifts_mm: Sequence[float]) -> str:
-    """Shifts in words, those that follow each other in one range.
+    """Shifts in words, with consecutive shifts as a range.
 
     >>> ranges([-8.0, -7.5, -7.0, 3.0])
     '-8 to -7, 3'
@@ -283,7 +296,7 @@ def ranges(shifts_mm: Sequence[float]) -> str:
 
 
 def table(load_kN: float) -> str:
-    """The shifts at which Hertz holds up to a load, as a table in Markdown."""
+    """Markdown table of the shifts at which Hertz holds up to a load."""
     letters_by_pair = atlas()
     lines = [f"| wheel, rail | {' | '.join(map(str, INCLINATIONS))} |", f"|---|{'---|' * len(INCLINATIONS)}"]
     for wheel, rail in product(WHEELS, RAILS):
@@ -302,7 +315,7 @@ def table(load_kN: float) -> str:
 
 
 def figure(path: Path) -> Path:
-    """The largest load up to which Hertz holds over the shift, a row a pair."""
+    """Largest load up to which Hertz holds over the shift, a row per pair."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
@@ -325,7 +338,7 @@ def figure(path: Path) -> Path:
                 (shift, k)
                 for k, pair_letters in enumerate(letters)
                 for shift, cell in zip(SHIFTS_MM, pair_letters, strict=True)
-                if letter in one
+                if letter in cell
             ]
             ax.plot(*zip(*places, strict=True), mark, color=colour, ms=5)
         ax.hlines(np.arange(len(RAILS), len(rows), len(RAILS)) - 0.5, *extent[:2], color="#ffffff", lw=2.5)
@@ -346,7 +359,10 @@ def figure(path: Path) -> Path:
 
 
 def make(out: Path, workers: int) -> None:
-    """Screen the four fleets and solve their samples; what was finished is not done again."""
+    """Screen the four fleets and solve their samples.
+
+    Finished results are reused.
+    """
     settings = RunSettings(workers=workers)
     for slope, inclination in INCLINATIONS.items():
         folder = out / slope
@@ -355,7 +371,7 @@ def make(out: Path, workers: int) -> None:
 
 
 def collect(out: Path) -> None:
-    """Keep what the fleets say as `atlas/` and the figure."""
+    """Write the results of the fleets to `atlas/` and draw the figure."""
     names = ", ".join(name for name in DrawnPosition.__annotations__ if name != "inclination")
     pairs: list[dict[str, Any]] = []
     positions: list[dict[str, Any]] = []
@@ -375,7 +391,7 @@ def collect(out: Path) -> None:
 
 
 def _pair_rows(slope: str, screened: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """A row a pair, with the letters of its loads at each shift."""
+    """Rows of pairs, with the letters of the loads at each shift."""
     letters = {
         tuple(row[name] for name in ("wheel", "rail", "shift_mm", "load_kN")): LETTERS[row["verdict"]]
         for row in screened

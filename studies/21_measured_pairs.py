@@ -57,10 +57,11 @@ from fecontact.solving.profile_variants import judge_case_variants
 VERDICTS = Path(__file__).parent / "profiles" / "contact_verdicts.csv"
 MEASURED = Path(__file__).parents[1] / "tests" / "profiles"
 TAPE_CIRCLE_MM = 70.0
-# As CONTACT's verdicts are.
+# The criteria of CONTACT's verdicts.
 CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))
 LEAST_DECIDED_PERCENT = 95.0
-# What is stated must cover CONTACT's deviation, and a band its peak, with the filter of 4 and of 8 mm.
+# Least share of positions in which the stated uncertainty covers CONTACT's deviation (by filter in mm), and in which
+# the range over the profile variants includes CONTACT's peak.
 LEAST_COVERED_PERCENT = {4: 95.0, 8: 85.0}
 LEAST_IN_BAND_PERCENT = 90.0
 COVERED = {"p": "p_max_MPa", "area": "area_mm2", "a": "a_mm", "b": "b_mm"}
@@ -71,7 +72,7 @@ CELLS_OUTSIDE, CELLS_LOWER = 0.13, 0.002
 
 @dataclass(frozen=True)
 class Pair:
-    """Files or names of rail and wheel, and how they stand in the track."""
+    """Files or names of rail and wheel, and their placement in the track."""
 
     rail: str
     wheel: str
@@ -90,7 +91,8 @@ PAIRS = {
         "MBench_UIC60", "Car7813_0001r.whl", 1435.0, 14.0, radius_mm=431.8, inclination_rad=atan(1 / 40)
     ),
 }
-# Finite elements solve what is under this load; the quick form one of them, where Hertz holds.
+# Finite elements solve the positions under this load. The quick form solves the position with this index, at which
+# Hertz holds.
 SOLVED_kN, QUICK = 60.0, 2
 # They are solved on the line that these points have by default. A flange's patch and the head's feel each other here
 # and do not in CONTACT where they are farther apart than 8 mm: there the peak is off by 0.66 %, else by 0.23 % at most.
@@ -98,9 +100,10 @@ FILTER_OF_ELEMENTS_MM, PEAK_PERCENT = 4, 0.8
 
 
 def two_patches(load_kN: float) -> Case:
-    """Head and flange at once, under a lobe of 0.4 mm: what grids of contacts that are wide and narrow are tried on.
+    """A contact on head and flange at once, with a lobe 0.4 mm wide.
 
-    Roll and yaw are given. A roll to the left wheel is +1.3 mrad here and -1.3 mrad in programs with z down.
+    Grids of contacts that are wide and narrow are tested on it. Roll and yaw are given. A roll to the left wheel is
+    +1.3 mrad here and -1.3 mrad in programs with z down.
     """
     case = case_of(("site_b", "worn_hm"), 14.74, load_kN)
     return replace(case, roll_rad=1.3e-3, yaw_rad=5e-3)
@@ -108,7 +111,10 @@ def two_patches(load_kN: float) -> Case:
 
 @dataclass(frozen=True)
 class Position:
-    """A position as CONTACT knows it, with its verdicts, and by the filter in mm its peaks and Hertz's deviations."""
+    """A position solved by CONTACT, with its verdicts, peaks and Hertz's deviations.
+
+    Peaks and deviations are by the filter in mm.
+    """
 
     case: Case
     pair: tuple[str, str]
@@ -118,15 +124,16 @@ class Position:
 
     @property
     def agreed(self) -> str:
-        """What both filters say, empty where they differ."""
+        """Common verdict of both filters; empty if they differ."""
         return self.verdicts[0] if len({*self.verdicts}) == 1 else ""
 
 
 @dataclass(frozen=True)
 class SurveyResult:
-    """The answer at a position by half-spaces, on how many lines Hertz holds, the peak over them, and CPU seconds.
+    """Half-space verdict at a position, profile variants, peak range and CPU seconds.
 
-    `covered` says of each filter in mm and measure whether CONTACT's deviation is within what is stated.
+    `holds_on` of `lines` profile variants satisfy Hertz's criteria, and the peaks are the range over them. `covered`
+    states for each filter in mm and measure whether CONTACT's deviation is within the stated uncertainty.
     """
 
     position: Position
@@ -137,14 +144,20 @@ class SurveyResult:
     covered: dict[tuple[int, str], bool]
     seconds: float
 
-    def in_band(self, filter_mm: int) -> bool:
-        """Whether CONTACT's peak with a filter is one of the lines', by what its cells leave open."""
+    def is_in_band(self, filter_mm: int) -> bool:
+        """Whether CONTACT's peak with a filter is within the range of the variants.
+
+        The range is widened by the error of CONTACT's cells.
+        """
         (low, high), peak = self.peaks_MPa, self.position.peaks_MPa[filter_mm]
         return low <= peak * (1.0 + CELLS_LOWER) and peak <= high * (1.0 + CELLS_LOWER)
 
     @property
     def outcome(self) -> str:
-        """Decided as CONTACT has it, wrong, or open; of positions where its filters differ whether it is open."""
+        """Outcome against CONTACT: decided, wrong, or open.
+
+        Where the filters of CONTACT differ, the outcome is split, and either open or decided.
+        """
         if not self.position.agreed:
             return "split, open" if self.answer == "UNRESOLVED" else "split, decided"
         if self.answer == "UNRESOLVED":
@@ -153,7 +166,7 @@ class SurveyResult:
 
 
 def case_of(pair: tuple[str, str], shift_mm: float, load_kN: float) -> Case:
-    """A position of a pair, judged as CONTACT's verdicts are."""
+    """A position of a pair, with the criteria of CONTACT's verdicts."""
     track_pair = PAIRS[pair]
     profiles = {"rail": track_pair.rail, "wheel": track_pair.wheel}
     files = {body: str(MEASURED / name) for body, name in profiles.items() if (MEASURED / name).exists()}
@@ -177,7 +190,7 @@ def case_of(pair: tuple[str, str], shift_mm: float, load_kN: float) -> Case:
 
 
 def positions() -> list[Position]:
-    """All positions that CONTACT has solved."""
+    """All positions solved by CONTACT."""
     with VERDICTS.open(encoding="utf-8") as file:
         return [
             Position(
@@ -192,14 +205,17 @@ def positions() -> list[Position]:
 
 
 def _deviations(row: dict[str, str], filter_mm: int) -> dict[str, float]:
-    """Hertz against CONTACT, whose area is that inside its edge (`edge`: a cell along it, over the area)."""
+    """Deviations of Hertz from CONTACT, with CONTACT's area corrected for the edge cells.
+
+    The area is inside the edge of CONTACT's cells (`edge`: a cell along the edge, over the area).
+    """
     deviations = {name: float(row[f"{short}_{filter_mm}mm_percent"]) / 100.0 for short, name in COVERED.items()}
     outside = CELLS_OUTSIDE * float(row[f"edge_{filter_mm}mm_percent"]) / 100.0
     return deviations | {"area_mm2": (1.0 + deviations["area_mm2"]) / (1.0 - outside) - 1.0}
 
 
 def survey(chosen_positions: list[Position]) -> list[SurveyResult]:
-    """Hertz against the half-space on every line, at each position."""
+    """Judge Hertz against the half-space on every profile variant, at each position."""
     results = []
     for position in chosen_positions:
         case, start = position.case, time.process_time()
@@ -224,7 +240,7 @@ def survey(chosen_positions: list[Position]) -> list[SurveyResult]:
 
 
 def positions_by_elements() -> list[Position]:
-    """The positions that finite elements solve: all pairs and shifts under one load."""
+    """Positions for finite elements: all pairs and shifts under `SOLVED_kN`."""
     return [position for position in positions() if position.case.load_N == 1e3 * SOLVED_kN]
 
 
@@ -240,15 +256,18 @@ def _count_outcomes(results: list[SurveyResult]) -> Counter[str]:
 
 @cache
 def _survey(all_positions: bool) -> list[SurveyResult]:
-    """The survey of all positions, of every sixteenth for a study of one case."""
+    """Survey of all positions, or of every sixteenth for a study of a single case."""
     return survey(positions() if all_positions else positions()[::16])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """How many positions are decided as CONTACT has them, of those where its filters agree, and that none is wrong.
+    """Checks of the survey's verdicts, coverage and peaks against CONTACT.
 
-    Of all positions also in how many what is stated covers CONTACT's, and what finite elements add: the same answer on
-    the same lines, and a peak beside CONTACT's with a filter of 4 mm. The part of a few says nothing.
+    Where the filters of CONTACT agree, at least 95 % of the positions are decided like CONTACT and every decided
+    position agrees with it. More checks count in how many of all positions the stated uncertainty covers CONTACT's
+    deviation, and compare finite elements with the half-spaces on the same profile variants (verdict) and with CONTACT
+    with a filter of 4 mm (peak). A share of a few positions has no meaning, so that the checks of coverage and verdict
+    are made for more than one row only.
     """
     results = _survey(len(rows) > 1)
     count = _count_outcomes(results)
@@ -263,7 +282,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             (f"{name} covered, {filter_mm} mm", of_all, share, least_percent)
             for name, share in _covered_shares(results, filter_mm)
         ]
-        in_band = float(np.mean([result.in_band(filter_mm) for result in results]))
+        in_band = float(np.mean([result.is_in_band(filter_mm) for result in results]))
         shares.append((f"peaks in the band, {filter_mm} mm", of_all, in_band, LEAST_IN_BAND_PERCENT))
     if len(rows) > 1:
         answers = [result.answer for result in results if result.position.case.load_N == 1e3 * SOLVED_kN]
@@ -279,7 +298,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             kind="other code",
             value=share,
             expected=1.0,
-            # parts are counted: what is asked for is enough
+            # shares are ratios of counts: a share equal to the limit passes
             limit_percent=100.0 - least_percent + 1e-9,
         )
         for quantity, case, share, least_percent in shares
@@ -287,7 +306,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressures of finite elements against CONTACT's on lines that are smoothed alike."""
+    """Checks of finite-element peak pressures against CONTACT on equally smoothed profiles."""
     return [
         Check(
             quantity="peak pressure, MPa",
@@ -297,7 +316,7 @@ def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
             value=row.get("fe_p_max_MPa", np.nan),
             expected=position.peaks_MPa[FILTER_OF_ELEMENTS_MM],
             limit_percent=PEAK_PERCENT,
-            # of the meshes: CONTACT's line is the same one
+            # uncertainty of the meshes only: CONTACT uses an equal profile
             uncertainty_percent=row.get("steps_uncertainty_half_space_to_bodies_p_max_percent"),
         )
         for position, row in zip(
@@ -307,7 +326,7 @@ def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
 
 
 def _covered_shares(results: list[SurveyResult], filter_mm: int) -> list[tuple[str, float]]:
-    """Of each measure in how many positions CONTACT's deviation is within what is stated."""
+    """Share of positions with CONTACT's deviation within the stated uncertainty, by measure."""
     return [
         (short, float(np.mean([result.covered[filter_mm, name] for result in results])))
         for short, name in COVERED.items()
@@ -315,18 +334,18 @@ def _covered_shares(results: list[SurveyResult], filter_mm: int) -> list[tuple[s
 
 
 def _describe_results(results: list[SurveyResult]) -> list[str]:
-    """What is decided, what is covered, and how wide the band is beside CONTACT's two peaks."""
+    """Outcome counts, covered shares, and band width relative to CONTACT's two peaks."""
     lines = [", ".join(f"{number} {outcome}" for outcome, number in sorted(_count_outcomes(results).items()))]
     for filter_mm in LEAST_COVERED_PERCENT:
         shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in _covered_shares(results, filter_mm))
-        in_band = 100.0 * float(np.mean([result.in_band(filter_mm) for result in results]))
+        in_band = 100.0 * float(np.mean([result.is_in_band(filter_mm) for result in results]))
         lines.append(f"covered with {filter_mm} mm: {shares}; peaks in the band: {in_band:.0f} %")
     wide = [np.ptp(result.peaks_MPa) / np.ptp([*result.position.peaks_MPa.values()]) for result in results]
     return [*lines, f"width of the band over what CONTACT's peaks are apart: {np.median(wide):.2f} in the median"]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What is decided, what it costs, and what finite elements say."""
+    """Outcomes of the survey, its cost, and the verdicts of finite elements."""
     results = _survey(len(rows) > 1)
     seconds = [result.seconds for result in results]
     lines = [
@@ -342,7 +361,10 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def draw(results: list[SurveyResult], path: Path) -> Path:
-    """The part of the lines on which Hertz holds, and the peak over them beside CONTACT's with both filters."""
+    """Draw the share of profile variants in which Hertz holds, and the peaks.
+
+    The peaks over the variants are next to CONTACT's peaks with both filters.
+    """
     figure = blank_figure(14.0, 8.0)
     share_axes, peak_axes = figure.subplots(2, 1, sharex=True)
     places = np.arange(len(results))

@@ -1,4 +1,4 @@
-"""What does accuracy cost, and what does a further load, a further core and a larger mesh cost? Ratios in one run.
+"""Cost of accuracy, of a further load, of a further core and of a larger mesh.
 
 The elliptic test (wheel cylinder R 460, rail R 300, 100 kN, half model) at four meshes, each in a process of its own
 on one thread: degrees of freedom, CPU seconds from mesh to comparison, peak memory, errors against exact Hertz. Then
@@ -52,7 +52,7 @@ ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, re
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
 SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 18.25))
 LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 61.25))
-# The core of the patch, away from the edge where the pressure's slope is infinite: so much of the semi-axes.
+# Semi-axes of the core of the patch, as a fraction. At the edge of the patch the slope of the pressure is infinite.
 CORE = 0.8
 
 
@@ -62,7 +62,7 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def measure(case: Case) -> dict[str, Any]:
-    """Solve a case on its one mesh and take the time of each step."""
+    """Solve a case on a single mesh and time each step."""
     from fecontact.contact.grid import Rung
     from fecontact.judging.comparison import compare
     from fecontact.solving.fine_zone import make_fine_zone
@@ -84,7 +84,7 @@ def measure(case: Case) -> dict[str, Any]:
     end = time.process_time()
     again = problem.solve(0.8 * case.load_N)
     further = time.process_time() - end
-    # pressures that have nothing in common: multigrid begins with what it has solved before
+    # independent random pressures: multigrid starts from its previous solutions
     pressures = np.random.default_rng(1).random((3, solution.pressure_MPa.size))
     start = time.process_time()
     for pressure in pressures:
@@ -116,7 +116,10 @@ def measure(case: Case) -> dict[str, Any]:
 
 
 def core_rms(grid: ContactGrid, pressure_MPa: np.ndarray, hertz: HertzContact) -> float:
-    """Root mean square of the pressure's error in the core of Hertz's ellipse, over Hertz's peak."""
+    """Root mean square pressure error in the core of Hertz's ellipse.
+
+    It is relative to Hertz's peak.
+    """
     x, s = np.meshgrid(grid.x_mm, grid.s_mm, indexing="ij")
     core = (x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2 < CORE**2
     error = pressure_MPa.reshape(grid.shape)[core] - hertz.pressure_MPa(x[core], s[core])
@@ -124,7 +127,10 @@ def core_rms(grid: ContactGrid, pressure_MPa: np.ndarray, hertz: HertzContact) -
 
 
 def assembly(case: Case) -> dict[str, float]:
-    """CPU seconds of the stiffness of one body by scalar forms, and by scikit-fem's vector form."""
+    """CPU seconds of a body's stiffness by scalar forms and by vector form.
+
+    The vector form is scikit-fem's.
+    """
     from skfem import Basis, ElementHex1, ElementVector
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -132,7 +138,7 @@ def assembly(case: Case) -> dict[str, float]:
     from fecontact.fe.stiffness import _skfem_mesh, assemble_stiffness
     from fecontact.solving.case_meshes import mesh_case
 
-    # all layers have unknowns: the vector form knows no others
+    # all layers have unknowns: the vector form has no layers without unknowns
     mesh = replace(mesh_case(case, "rail"), spacing=None)
     start = time.process_time()
     ours = assemble_stiffness(mesh, STEEL)
@@ -145,7 +151,10 @@ def assembly(case: Case) -> dict[str, float]:
 
 
 def files(case: Case) -> dict[str, float]:
-    """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
+    """CPU seconds of a solution, its files, and its picture.
+
+    Everything that they import is loaded before.
+    """
     from fecontact.outputs.figures.case import write_case_figure
     from fecontact.runs.store import CaseRecords, write_case_records, write_solution
     from fecontact.solving.solve import CaseResult, solve
@@ -168,7 +177,10 @@ def files(case: Case) -> dict[str, float]:
 
 
 def study_share(out: Path) -> float:
-    """Part of all CPU seconds of the nine-position study that its own process takes, and none of its two workers."""
+    """Main-process share of the CPU seconds of the nine-position study.
+
+    The rest is taken by its two workers.
+    """
     from fecontact.runs.study import run
 
     run(Path(__file__).parent / "first_light.py", out / "share", quick=True, workers=2, force=True)
@@ -178,7 +190,10 @@ def study_share(out: Path) -> float:
 
 
 def call_in_process(function: Any, argument: Case | Path) -> Any:
-    """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
+    """Call a function in a separate single-threaded process.
+
+    Peak memory and CPU seconds are then those of the function alone.
+    """
     with set_thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         return pool.submit(function, argument).result()
 
@@ -192,7 +207,7 @@ def study_seconds(workers: int, out: Path, quick: bool) -> float:
     return time.perf_counter() - start
 
 
-# What the times are compared with: the state before lines became polynomials in arrays.
+# Commit for the comparison of times: the last state before profiles became polynomials in arrays.
 BEFORE = "5231ed3"
 # In one process, once everything is loaded; CPU seconds each. Run with the code of either commit.
 GEOMETRY = """
@@ -247,13 +262,16 @@ COMMANDS = (
     "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
     MAP,
 )
-# How the earlier commit was asked for what has another name now.
+# Options of the earlier commit that have a different name now.
 OLD_WORDS = {"--refine evidence": "--evidence"}
 FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
 def compare_with_commit(quick: bool) -> str:
-    """CPU seconds of the commit before and of this code, of the same things, and their ratio; on one thread."""
+    """Table of CPU seconds of the earlier commit and of the present code.
+
+    Both do equal work on one thread; the last column is their ratio.
+    """
     repository, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
     with before as folder:
         tree, pair = Path(folder) / "before", Path(folder) / "pair"
@@ -264,7 +282,7 @@ def compare_with_commit(quick: bool) -> str:
                 [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=repository
             )
             files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
-            # one after the other, twice, so that both have the same machine; the least of each
+            # alternately, twice, so that the load of the machine is equal for both; the minimum of each counts
             runs = [(_geometry(tree, files), _geometry(repository, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
             commands = () if quick else COMMANDS
@@ -287,7 +305,11 @@ def compare_with_commit(quick: bool) -> str:
 
 
 def _commit_environment(root: Path) -> dict[str, str]:
-    """Its own source on one thread, compiled once, as on a machine where it was used before."""
+    """Environment variables for the source of a commit, with a single thread.
+
+    Python may write compiled files, so that imports are compiled once, as on a machine where the source was used
+    before.
+    """
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
     return {**environment, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
@@ -307,9 +329,10 @@ def _old_command(command: str) -> str:
 
 
 def _run_command(root: Path, command: str) -> tuple[float, float]:
-    """CPU seconds and peak memory (GB) of a command in a process of its own; 3 is the exit code of an open verdict.
+    """CPU seconds and peak memory (GB) of a command in a separate process.
 
-    A study and a map take one worker; what its process takes is told with that of the command.
+    3 is the exit code of an open verdict. A study and a map take one worker; what its process takes is told with that
+    of the command.
     """
     with TemporaryDirectory() as out:
         for shift in SHIFTS_MM:
@@ -333,7 +356,7 @@ def _run_command(root: Path, command: str) -> tuple[float, float]:
 
 @dataclass(frozen=True, kw_only=True)
 class MapTiming:
-    """A map as it was made: wall seconds of all, of each position, and before and after the positions."""
+    """Wall seconds of a map, its positions, and the work before and after them."""
 
     seconds: float
     positions: tuple[float, ...]
@@ -342,7 +365,10 @@ class MapTiming:
 
 
 def make_map(workers: int, out: Path) -> MapTiming:
-    """Make the map; the seconds of its positions are known for one worker, which ends one before it begins another."""
+    """Make the map and time it.
+
+    The seconds of positions are valid for one worker, which ends one position before it begins the next.
+    """
     command = [*MAP.format(out=out).split(), "--workers", str(workers), "--quiet", "--force"]
     start = time.time()
     subprocess.run([sys.executable, "-m", "fecontact", *command], check=True)
@@ -360,7 +386,7 @@ def make_map(workers: int, out: Path) -> MapTiming:
 
 
 def makespan(seconds: Iterable[float], workers: int) -> float:
-    """Wall seconds of jobs that are handed out in their order to workers as these get free."""
+    """Wall seconds of jobs that are given in order to free workers."""
     free = [0.0] * workers
     for duration in seconds:
         heapq.heapreplace(free, free[0] + duration)
@@ -368,11 +394,12 @@ def makespan(seconds: Iterable[float], workers: int) -> float:
 
 
 def cores(out: Path) -> str:
-    """The map with one worker and with two, what of the time they work, and the same of 64 by a model."""
+    """Table of the map's wall seconds with 1 and 2 workers, and modelled with 64."""
     by_one, by_two = (make_map(workers, out / f"map-{workers}") for workers in (1, 2))
     work = sum(by_one.positions)
     lines = [
-        f"a map of {len(by_one.positions)} positions: {by_one.seconds:.0f} s with one worker, {by_two.seconds:.0f} s with two",
+        f"a map of {len(by_one.positions)} positions: {by_one.seconds:.0f} s with one worker,"
+        f" {by_two.seconds:.0f} s with two",
         f"positions take {min(by_one.positions):.1f} to {max(by_one.positions):.1f} s, {work:.0f} s in all;"
         f" before them {by_one.before:.1f} s, after them {by_one.after:.1f} s (two workers: {by_two.after:.1f} s)",
     ]
@@ -482,8 +509,14 @@ def main() -> None:
     text += f", its picture alone {file_seconds['picture_s'] / file_seconds['solve_s']:.2f}"
     if options.study:
         seconds_by_one, seconds_by_two = (study_seconds(workers, options.out, options.quick) for workers in (1, 2))
-        text += f"\nnine positions: {seconds_by_one:.0f} s with 1 process, {seconds_by_two:.0f} s with 2: {seconds_by_one / seconds_by_two:.2f} times faster"
-        text += f"\nnine positions in small: {call_in_process(study_share, options.out):.0%} of the CPU seconds in their own process"
+        text += (
+            f"\nnine positions: {seconds_by_one:.0f} s with 1 process, {seconds_by_two:.0f} s with 2:"
+            f" {seconds_by_one / seconds_by_two:.2f} times faster"
+        )
+        text += (
+            f"\nnine positions in small: {call_in_process(study_share, options.out):.0%} of the CPU seconds"
+            " in their own process"
+        )
     with (options.out / "benchmark.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()

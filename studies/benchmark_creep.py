@@ -1,4 +1,4 @@
-"""What a call of each creep theory costs, and how far from the exact theory it is.
+"""CPU time and deviation of each creep theory.
 
 One ellipse (a 5.8 mm, b 8.5 mm, 100 kN, friction 0.3) at a longitudinal creepage, a lateral one and spin together: CPU
 time a call, the best of several rounds, on one thread. FASTSIM on 20 x 20 cells is what vehicle codes call thousands of
@@ -43,7 +43,7 @@ def seconds(call: Callable[[], object]) -> float:
 
 
 def solve_half_space(motion: Creepages, cells: int):
-    """Rolling half-space of so many cells along and across."""
+    """Force of the rolling half-space with `cells` cells along and across."""
     contact = discretise_ellipse(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
     return solve_steady_rolling(contact, motion, CONTACT).force
 

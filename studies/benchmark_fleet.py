@@ -1,4 +1,4 @@
-"""What a large fleet costs: screening it from measured files to its tables, and its report.
+"""Cost of a large fleet: screening from measured files to tables, and the report.
 
 Worn and noisy copies of profiles of the library, written with a seed (`fecontact fleet examples`), every wheel on every
 rail at ten positions. The report is timed on as many rows as asked for: the screened ones, again and again under other
@@ -21,7 +21,10 @@ from pyarrow import Table, array, concat_tables
 
 
 def run_timed(words: str, *command: str) -> None:
-    """Run a command, and print its seconds, its CPU seconds and the largest memory of all commands so far."""
+    """Run a command, and print its seconds, CPU seconds and peak memory.
+
+    The memory is the largest of all commands until then.
+    """
     begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-m", "fecontact", "fleet", *command], check=True, stdout=subprocess.DEVNULL)
     elapsed, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -30,7 +33,10 @@ def run_timed(words: str, *command: str) -> None:
 
 
 def repeat_tables(screened: Path, out: Path, rows: int) -> int:
-    """A folder with the tables of a screened fleet as often as it takes for so many rows; how many it has."""
+    """Write a folder with a screened fleet's tables repeated; return its number of rows.
+
+    The tables are repeated until the folder has at least `rows` rows.
+    """
     (out / "screen").mkdir(parents=True, exist_ok=True)
     for name in ("fleet.json", "fleet.toml"):
         (out / name).write_bytes((screened / name).read_bytes())
@@ -49,7 +55,7 @@ def repeat_tables(screened: Path, out: Path, rows: int) -> int:
 
 
 def _wheels(profiles: Table, times: int) -> Iterator[Table]:
-    """The rails, and the wheels under as many names."""
+    """The rails, then the wheels under `times` names."""
     bodies, place = profiles["body"].to_pylist(), profiles.column_names.index("name")
     yield profiles.filter(array([body == "rail" for body in bodies]))
     wheels = profiles.filter(array([body == "wheel" for body in bodies]))

@@ -1,8 +1,8 @@
-"""What thousands of stored cases cost: going on with a finished study, and judging it by other criteria.
+"""Cost of thousands of stored cases: resuming a finished study, and judging it again.
 
-One case is solved in earnest; all others are its files under other names, so that their sizes are those of real
-results but for the meshes, which nothing here reads beside their checksums. Measured in processes of their own: the
-run that finds nothing to do, tables included, and `fecontact judge`.
+It is judged by other criteria. One case is solved in earnest; all others are its files under other names, so that their
+sizes are those of real results but for the meshes, which nothing here reads beside their checksums. Measured in
+processes of their own: the run that finds nothing to do, tables included, and `fecontact judge`.
 
     python studies/benchmark_store.py --cases 5000
 """
@@ -41,13 +41,16 @@ TEMPLATE = Case(roll="given", resolution="quick", refine="never")
 
 
 def study(count: int) -> Study:
-    """So many cases that differ in their loads by 10 N."""
+    """A study of `count` cases with loads in steps of 10 N."""
     return Study(name="stored", cases=tuple(replace(TEMPLATE, load_N=50e3 + 10.0 * k) for k in range(count)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Copy:
-    """Stands for solving a case: the template's files with the case's own name and load in them."""
+    """Replacement for solving a case, which copies the files of the template.
+
+    The name and the load of the case are written into the copies.
+    """
 
     case: Case
     name: str
@@ -66,7 +69,7 @@ class Copy:
 
 
 def fill(out: Path, count: int) -> None:
-    """Store all cases that are not there."""
+    """Store all missing cases."""
     template = out / "template"
     if not (template / ROW_FILE).is_file():
         result = solve(TEMPLATE)
@@ -120,7 +123,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=5000)
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_store"))
     options = parser.parse_args()
-    # each in a process of its own, whose peak of memory is its own
+    # separate processes: the peak memory of each is measured alone
     for code in (_FILL, _RESUME, _JUDGE):
         script = options.out / "measured.py"
         script.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""What a call of each theory of the normal contact costs, beside the half-space's.
+"""Cost of a call of each theory of the normal contact, compared with the half-space.
 
 S1002 on 60E1 1:40 at 0.25 mm (two lobes grown together) under 100 kN, gap line in steps of 0.02 mm, which is made
 before. CPU time a call under a given force and at a given approach, the best of several rounds, on one thread. The
@@ -40,7 +40,7 @@ def milliseconds(call: Callable[[], object]) -> float:
 
 
 def prepare_warm_strips(line: GapLine, force: float, strips: int) -> Callable[[], object]:
-    """The strips, from their contact under 95 % of the force."""
+    """The strip method, started from the contact under 95 % of the force."""
     closing, search = 1.0 + 0.0 * line.f_mm, StripSearch(strips=strips)
     gap = StripGap(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=closing)
     before = solve_strips(gap, StripLoad(force=0.95 * force), search)

@@ -1,4 +1,4 @@
-"""How often what is said of worn heads is right: heads of the library with wear that is known, and noise that is drawn.
+"""Reliability of verdicts on worn heads: library profiles with exact wear and drawn noise.
 
 Ten heads, each with a smooth depth taken off in the vertical: exact points every 0.05 mm are the truth, points every
 0.2 mm with 10 um of noise the measurement. Hertz against the half-space on every line that these allow is kept in a
@@ -72,13 +72,13 @@ def case_of(number: int, rail: ArrayProfile, **reading: float) -> Case:
 
 
 def variant_record(variant: VariantResult) -> dict[str, Any]:
-    """What is kept of a line."""
+    """Stored results of a profile variant."""
     return {"p": variant.p_max_MPa, "dev": dict(variant.deviations.get(HERTZ, {}))}
 
 
 @cache
 def truth(number: int) -> dict[str, Any]:
-    """Hertz and the half-space on the exact worn line."""
+    """Hertz and the half-space on the exact worn profile."""
     case = case_of(number, head(number, 0.0, EXACT_STEP_MM, 0), filter_mm=0.0)
     placement = place_case(case)
     _, expected = expect_on_half_space(case, placement, nodes=16)
@@ -86,7 +86,7 @@ def truth(number: int) -> dict[str, Any]:
 
 
 def measure_draw(number: int, seed: int) -> dict[str, Any]:
-    """A head and a draw: the truth, and what is on each line."""
+    """Record of a head and a draw: the truth, and the results of each variant."""
     case = case_of(number, head(number, NOISE_MM, STEP_MM, seed))
     variants = judge_case_variants(case, place_case(case))
     assert variants is not None
@@ -99,7 +99,7 @@ def measure_draw(number: int, seed: int) -> dict[str, Any]:
 
 
 def judge_record(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """The true answer, the one that is given, and of each measure what is stated over the true error."""
+    """True verdict, reported verdict, and stated uncertainty over the true error, by measure."""
     reference_variant, *other_variants = (
         VariantResult(label=label, p_max_MPa=variant["p"], deviations={HERTZ: variant["dev"]} if variant["dev"] else {})
         for label, variant in record["lines"].items()
@@ -116,7 +116,7 @@ def judge_record(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
 
 
 def summary(records: list[dict[str, Any]]) -> str:
-    """How much is decided and right, and what is stated beside the true errors."""
+    """Decided and correct shares, and stated uncertainties relative to the true errors."""
     judgements = [judge_record(record) for record in records]
     decided = [(true, said) for true, said, _ in judgements if said != "UNRESOLVED"]
     wrong = sum(true != said for true, said in decided)

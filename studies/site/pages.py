@@ -1,6 +1,7 @@
-"""Pages of the site, made from what the repository has: README, guide, studies, validation, and public names.
+"""Pages of the site: README, guide, studies, validation, and public names.
 
-Pages keep their places in the repository, so that links between them are right here and there.
+They are made from the files of the repository. Pages keep their places in the repository, so that links between them
+are right here and there.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 
 
 def on_config(config: Any) -> Any:
-    """Say in which order the pages are listed."""
+    """Set the order of the pages."""
     config.nav = [
         {"Home": "README.md"},
         {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in read_titles().items()]},
@@ -62,7 +63,7 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_post_page(output: str, page: Any, config: Any) -> str:
-    """Refuse a page that asks another place for something."""
+    """Refuse a page with external scripts, links or pictures."""
     if outside_links := re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//[^"]*"', output):
         raise PluginError(f"{page.file.src_uri} needs something from elsewhere: {outside_links[0]}")
     return output
@@ -90,13 +91,13 @@ def pages() -> Iterator[tuple[str, str]]:
 
 
 def list_names() -> str:
-    """Public names with the first lines of their docstrings."""
+    """Table of public names with the first lines of their docstrings."""
     docs = {name: (getattr(fecontact, name).__doc__ or "").partition("\n")[0] for name in NAMES}
     return "\n".join(["| name | |", "|---|---|", *(f"| [`{name}`]({name}.md) | {doc} |" for name, doc in docs.items())])
 
 
 def inputs(kind: Any) -> str:
-    """The inputs that a class has, as a table; empty for what has none."""
+    """Table of the inputs of a class; empty for a class without inputs."""
     descriptions = list_descriptions(kind) if is_dataclass(kind) else {}
     rows = [
         f"| `{name}` | `{description.key}` | {description.allowed} | {description.help} |".replace("\n", " ")
@@ -107,7 +108,7 @@ def inputs(kind: Any) -> str:
 
 
 def study(path: Path) -> str:
-    """A study: its question, how it was done and what was found, its answer, its checks, and its script."""
+    """Page of a study: question, method, findings, answer, checks, and script."""
     checked = ROOT / "studies" / "validation" / path.name.replace(".py", ".md")
     code = path.read_text("utf-8")
     question, _, body = (ast.get_docstring(ast.parse(code)) or path.stem).partition("\n")
@@ -125,7 +126,7 @@ STUDIES_README = (ROOT / "studies" / "README.md").read_text("utf-8")
 
 
 def studies_gallery() -> str:
-    """Pictures of the studies, with the questions that they answer and links to their scripts."""
+    """Pictures of the studies, with their questions and links to their scripts."""
     parts = []
     for name, question, answer in re.findall(
         r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_README, re.M
@@ -152,7 +153,10 @@ def fenced(text: str) -> str:
 
 
 def run(text: str) -> Path:
-    """Run the blocks of a page in their order, in an empty folder, which is returned."""
+    """Run the blocks of a page in order and return their folder.
+
+    The folder is new and empty.
+    """
     folder = Path(mkdtemp())
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
     for language, code in re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
