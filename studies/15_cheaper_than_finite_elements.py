@@ -313,7 +313,7 @@ def _figure(judgements: dict[str, TheoryJudgement], costs: dict[str, float], cou
     figure = blank_figure(9.0, 5.0)
     ax = figure.add_subplot()
     for number, (name, judgement) in enumerate(judgements.items()):
-        # beyond the last colour the same ones have other marks
+        # after the last colour, the colours repeat with different marks
         colour, mark = (
             SERIES_COLOURS[number % len(SERIES_COLOURS)],
             SERIES_MARKS[(number + number // len(SERIES_COLOURS)) % len(SERIES_MARKS)],

@@ -53,7 +53,7 @@ FIGURE = Path(__file__).parent / "figures" / "atlas.png"
 WHEELS = ("S1002", "EN13715_1in40")
 RAILS = ("46E1", "49E1", "50E6", "54E1", "54E4", "55E1", "56E1", "60E1", "60E2")
 INCLINATIONS = {"1in20": "1:20", "1in30": "1:30", "1in40": "1:40", "upright": "0"}
-# Draws of the fleets are independent of each other.
+# Different seeds, so that the draws of the fleets are independent.
 SEEDS = {"1in40": 1, "1in20": 2, "1in30": 3, "upright": 4}
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 17))
 LOADS_KN = (25.0, 50.0, 75.0, 100.0, 125.0)

@@ -65,8 +65,9 @@ LEAST_DECIDED_PERCENT = 95.0
 LEAST_COVERED_PERCENT = {4: 95.0, 8: 85.0}
 LEAST_IN_BAND_PERCENT = 90.0
 COVERED = {"p": "p_max_MPa", "area": "area_mm2", "a": "a_mm", "b": "b_mm"}
-# Cells of constant pressure that are pressed on are more than lie inside the contact: its edge is outside by this part
-# of a cell, measured on five Hertz ellipses (0.09 to 0.16); and its peak is lower by up to this part.
+# The pressed cells of constant pressure cover more than the contact. Their edge is outside the edge of the contact by
+# the first fraction of a cell (measured on five Hertz ellipses: 0.09 to 0.16). Their peak is lower by up to the second
+# fraction.
 CELLS_OUTSIDE, CELLS_LOWER = 0.13, 0.002
 
 
@@ -94,8 +95,8 @@ PAIRS = {
 # Finite elements solve the positions under this load. The quick form solves the position with this index, at which
 # Hertz holds.
 SOLVED_kN, QUICK = 60.0, 2
-# They are solved on the line that these points have by default. A flange's patch and the head's feel each other here
-# and do not in CONTACT where they are farther apart than 8 mm: there the peak is off by 0.66 %, else by 0.23 % at most.
+# Finite elements use the default smoothing of the points. Here the patches of flange and head deflect each other. In
+# CONTACT they do not if they are more than 8 mm apart: there the peak differs by 0.66 %, elsewhere by at most 0.23 %.
 FILTER_OF_ELEMENTS_MM, PEAK_PERCENT = 4, 0.8
 
 

@@ -209,7 +209,7 @@ def study_seconds(workers: int, out: Path, quick: bool) -> float:
 
 # Commit for the comparison of times: the last state before profiles became polynomials in arrays.
 BEFORE = "5231ed3"
-# In one process, once everything is loaded; CPU seconds each. Run with the code of either commit.
+# CPU seconds in a single process, after all imports. It runs with the code of both commits.
 GEOMETRY = """
 import json, sys, time
 from dataclasses import replace
@@ -247,8 +247,8 @@ print(json.dumps(told))
 """
 # Four loads as a study: at an ordinary position, and at one with two patches.
 SHIFTS_MM = (3.0, 5.0)
-# Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
-# what the elements say alone, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
+# Each command in a separate process: an ordinary position and its files, two patches, the root of the flange, finer
+# meshes, the elements' contact, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
 MAP = "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}"
 COMMANDS = (
     "solve --shift 3",
@@ -331,8 +331,8 @@ def _old_command(command: str) -> str:
 def _run_command(root: Path, command: str) -> tuple[float, float]:
     """CPU seconds and peak memory (GB) of a command in a separate process.
 
-    3 is the exit code of an open verdict. A study and a map take one worker; what its process takes is told with that
-    of the command.
+    3 is the exit code of an open verdict. A study and a map use a single worker, and its CPU seconds and
+    memory are included.
     """
     with TemporaryDirectory() as out:
         for shift in SHIFTS_MM:
@@ -351,7 +351,7 @@ def _run_command(root: Path, command: str) -> tuple[float, float]:
         return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0**2
 
 
-# --- What cores wait for: a map's positions differ, and its tables and report are made by one process.
+# --- Idle time of cores: the positions of a map take different times, and one process makes its tables and report.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -91,7 +91,7 @@ import benchmark_store
 if __name__ == "__main__":
     benchmark_store.fill(Path({out!r}), {count})
 """
-# The figures of a study are drawn by no resume alone: they take as long for any number of cases.
+# Figures are left out: their time does not depend on the number of cases.
 _RESUME = """
 import sys, time
 from pathlib import Path

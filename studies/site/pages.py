@@ -85,7 +85,7 @@ def pages() -> Iterator[tuple[str, str]]:
     for name in NAMES:
         place = find_public_names().get(name) or f"fecontact.{fecontact._HOMES.get(name) or name}"
         table = inputs(getattr(fecontact, name))
-        # what the table tells of the fields is told once
+        # the table already describes the fields
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
         yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
 
