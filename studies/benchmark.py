@@ -217,11 +217,11 @@ from fecontact.case import Case
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
 try:
-    from fecontact.solving.alone import theory_alone
-    from fecontact.solving.position import hertz_alone
+    from fecontact.solving.alone import evaluate_theory
+    from fecontact.solving.hertz_alone import evaluate_hertz
 except ImportError:
-    from fecontact.alone.position import theory_alone
-    from fecontact.solving.hertz_alone import hertz_alone
+    from fecontact.alone.position import theory_alone as evaluate_theory
+    from fecontact.solving.hertz_alone import hertz_alone as evaluate_hertz
 exact, measured = Case(), Case(rail=sys.argv[1], wheel=sys.argv[2])
 def seconds(function, *values):
     start = time.process_time()
@@ -237,12 +237,12 @@ told = {
     "place": seconds(place_case, *at(exact, -3.0, -1.0, 1.0, 2.5, 4.0)),
     "place, measured pair": seconds(place_case, *at(measured, -3.0, -1.0, 1.0, 2.5, 4.0)),
     "read and smooth a pair": reading,
-    "Hertz, measured pair, the first": seconds(hertz_alone, *at(measured, 3.0)),
-    "Hertz, measured pair": seconds(hertz_alone, *at(measured, -1.0, 2.5)),
+    "Hertz, measured pair, the first": seconds(evaluate_hertz, *at(measured, 3.0)),
+    "Hertz, measured pair": seconds(evaluate_hertz, *at(measured, -1.0, 2.5)),
 }
 for name, words in ("strip", "strips at a position"), ("half_space", "half-space at a position"):
-    theory_alone(replace(exact, lateral_shift_mm=0.5), name)
-    told[words] = seconds(lambda case: theory_alone(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
+    evaluate_theory(replace(exact, lateral_shift_mm=0.5), name)
+    told[words] = seconds(lambda case: evaluate_theory(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
 print(json.dumps(told))
 """
 # Four loads as a study: at an ordinary position, and at one with two patches.
