@@ -22,7 +22,7 @@ from typing import Any
 import fecontact.runs.study as study_runs
 from fecontact.case import Case
 from fecontact.jobs import engine
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.workers import Crew, WorkResult
 from fecontact.outputs.records.results import read_row, write_row
 from fecontact.runs.casefile import Study
 from fecontact.runs.store import (
@@ -56,8 +56,9 @@ class Copy:
     name: str
     template: Path
     settings: Mapping[str, Any]
+    loads: Any = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         for file in (FIELDS_FILE, RECORD_FILE):
             shutil.copyfile(self.template / file, folder / file)
         record = json.loads((self.template / SOLUTION_FILE).read_text("utf-8"))
@@ -65,7 +66,7 @@ class Copy:
         (folder / SOLUTION_FILE).write_text(json.dumps(record), "utf-8")
         row = read_row(self.template / ROW_FILE)
         write_row(folder / ROW_FILE, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
-        return False
+        return WorkResult()
 
 
 def fill(out: Path, count: int) -> None:
@@ -75,7 +76,7 @@ def fill(out: Path, count: int) -> None:
         result = solve(TEMPLATE)
         records = CaseRecords.of(result)
         write_solution(result, result.case, template)
-        write_case_records(result, records, template)
+        write_case_records(result, records, template, svg=True)
         seal_case(result.case, template)
 
     study_runs.CaseWork = partial(Copy, template=template)
@@ -97,24 +98,24 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {studies!r})
 import benchmark_store, fecontact.runs.study as runs
-from fecontact.solving.solve import peak_memory_MB
-runs.study_figures = lambda rows, out, rail: ()
+from fecontact.solving.solve import measure_peak_memory_MB
+runs.study_figures = lambda *inputs: ()
 begin = time.perf_counter()
 outcome = runs.run_study(benchmark_store.study({count}), Path({out!r}))
 assert len(outcome.reused) == {count}, outcome.recomputed
-print(f"nothing to do: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+print(f"nothing to do: {{time.perf_counter() - begin:.1f}} s, {{measure_peak_memory_MB():.0f}} MB")
 """
 _JUDGE = """
 import time
 from pathlib import Path
 from fecontact.case import Criteria
 from fecontact.runs.judged_study import judge_study
-from fecontact.solving.solve import peak_memory_MB
+from fecontact.solving.solve import measure_peak_memory_MB
 if __name__ == "__main__":
     begin = time.perf_counter()
     judged = judge_study(Path({out!r}), Criteria(p_max=0.03))
     assert len(judged.rows) == {count} and judged.all_judged, judged.rows[0]["status"]
-    print(f"judged again: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+    print(f"judged again: {{time.perf_counter() - begin:.1f}} s, {{measure_peak_memory_MB():.0f}} MB")
 """
 
 
