@@ -71,10 +71,13 @@ LIMITS_PERCENT = {"p_max_MPa": 5.0, "area_mm2": 10.0, "a_mm": 10.0, "b_mm": 10.0
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Positions of each kind on all pairs under two loads, or those of 60E1 1:40 under one."""
+    """Positions of each kind on all pairs under two loads.
+
+    In quick size, the positions of 60E1 1:40 under one load.
+    """
     pairs, loads = (PAIRS[:1], (50.0,)) if quick else (PAIRS, (50.0, 100.0))
-    made = [_case(*pair, shift, load) for pair, shift, load in product(pairs, JUDGED_MM, loads)]
-    return [replace(case, refine="never") for case in made] if quick else made
+    positions = [_case(*pair, shift, load) for pair, shift, load in product(pairs, JUDGED_MM, loads)]
+    return [replace(case, refine="never") for case in positions] if quick else positions
 
 
 def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
@@ -87,13 +90,13 @@ def _case(rail: str, inclination: str, shift_mm: float, load_kN: float) -> Case:
     )
 
 
-def survey(made: Iterable[Case]) -> list[dict[str, Any]]:
-    """A row for each theory at each case: deviations from the half-space in %, status and milliseconds.
+def survey(positions: Iterable[Case]) -> list[dict[str, Any]]:
+    """Deviations of each theory from the half-space in %, with status and milliseconds.
 
-    A case that cannot be placed or solved has one row with the reason.
+    There is a row for each theory at each case. A case that cannot be placed or solved has one row with the reason.
     """
     rows: list[dict[str, Any]] = []
-    for case in made:
+    for case in positions:
         place = {"rail": case.rail, "inclination": f"1:{1.0 / np.tan(case.inclination_rad):.0f}"}
         place |= {"lateral_shift_mm": case.lateral_shift_mm, "load_kN": 1e-3 * case.load_N}
         try:
@@ -103,22 +106,24 @@ def survey(made: Iterable[Case]) -> list[dict[str, Any]]:
         except (InputError, ConvergenceError) as error:
             rows.append(place | {"theory": "half_space", "status": str(error)})
             continue
-        taken, rung = time.process_time() - begun, expected.half_space
+        seconds, rung = time.process_time() - begun, expected.half_space
         patch, force = measure_patch(rung.pressure), rung.normal_force_N
-        wanted = {name: float(getattr(patch, name)) for name in LIMITS_PERCENT} | {"approach_mm": rung.approach_mm}
-        rows.append(place | wanted | {"theory": "half_space", "status": "solved", "ms": 1e3 * taken})
+        reference = {name: float(getattr(patch, name)) for name in LIMITS_PERCENT} | {"approach_mm": rung.approach_mm}
+        rows.append(place | reference | {"theory": "half_space", "status": "solved", "ms": 1e3 * seconds})
         line = build_gap_line_under_load(placement, force, contact_modulus_MPa=case.contact_modulus_MPa)
-        rows += [place | _row(name, line, force, wanted) for name in THEORIES]
+        rows += [place | _theory_row(name, line, force, reference) for name in THEORIES]
     return rows
 
 
-def _row(name: str, line: GapLine, force: float, wanted: dict[str, float]) -> dict[str, Any]:
+def _theory_row(name: str, line: GapLine, force: float, reference: dict[str, float]) -> dict[str, Any]:
     begun = time.process_time()
-    found = THEORIES[name](line, force)
-    taken = time.process_time() - begun
-    off = {measure: 100.0 * (float(getattr(found, measure)) / value - 1.0) for measure, value in wanted.items()}
-    return {"theory": name, "status": found.status, "solutions": found.solutions, "ms": 1e3 * taken} | {
-        f"{measure}_deviation_percent": value for measure, value in off.items()
+    contact = THEORIES[name](line, force)
+    seconds = time.process_time() - begun
+    deviations = {
+        measure: 100.0 * (float(getattr(contact, measure)) / value - 1.0) for measure, value in reference.items()
+    }
+    return {"theory": name, "status": contact.status, "solutions": contact.solutions, "ms": 1e3 * seconds} | {
+        f"{measure}_deviation_percent": value for measure, value in deviations.items()
     }
 
 
@@ -127,67 +132,79 @@ def holds(row: dict[str, Any]) -> bool:
     return all(abs(row[f"{name}_deviation_percent"]) <= limit for name, limit in LIMITS_PERCENT.items())
 
 
-def told(rows: list[dict[str, Any]]) -> str:
-    """One line for each theory: how often it speaks and holds, its median and worst deviations, and its cost."""
-    solved = [row for row in rows if row["theory"] == "half_space" and row["status"] == "solved"]
-    unsolved = [row for row in rows if row["theory"] == "half_space" and row["status"] != "solved"]
+def describe_survey(rows: list[dict[str, Any]]) -> str:
+    """Table of the theories: answered shares, verdicts, deviations and cost.
+
+    Each theory has a line with the share of contacts that it answers, the share in which it holds, its median and worst
+    deviations, and its milliseconds.
+    """
+    solved_rows = [row for row in rows if row["theory"] == "half_space" and row["status"] == "solved"]
+    unsolved_rows = [row for row in rows if row["theory"] == "half_space" and row["status"] != "solved"]
     lines = [
-        f"{len(solved)} positions and loads, {len(unsolved)} without a contact on the half-space"
-        f" ({np.median([row['ms'] for row in solved]):.0f} ms each)",
+        f"{len(solved_rows)} positions and loads, {len(unsolved_rows)} without a contact on the half-space"
+        f" ({np.median([row['ms'] for row in solved_rows]):.0f} ms each)",
         f"{'theory':20} {'speaks':>7} {'holds':>7} {'median and worst |deviation| where it speaks, %':^60} {'ms':>6}",
     ]
     for name in THEORIES:
-        own = [row for row in rows if row["theory"] == name]
-        speaking = [row for row in own if row["status"] == "solved"]
+        theory_rows = [row for row in rows if row["theory"] == name]
+        speaking = [row for row in theory_rows if row["status"] == "solved"]
         if not speaking:
             lines.append(f"{name:20} {'0 %':>7}")
             continue
         parts = []
         for measure in LIMITS_PERCENT:
-            off = np.abs([row[f"{measure}_deviation_percent"] for row in speaking])
-            parts.append(f"{measure.split('_m')[0]} {np.median(off):.2f} {off.max():.1f}")
+            deviations = np.abs([row[f"{measure}_deviation_percent"] for row in speaking])
+            parts.append(f"{measure.split('_m')[0]} {np.median(deviations):.2f} {deviations.max():.1f}")
         good = sum(holds(row) for row in speaking)
         lines.append(
-            f"{name:20} {100.0 * len(speaking) / len(own):5.1f} % {100.0 * good / len(speaking):5.1f} %"
-            f" {', '.join(parts):60} {np.median([row['ms'] for row in own]):6.1f}"
+            f"{name:20} {100.0 * len(speaking) / len(theory_rows):5.1f} % {100.0 * good / len(speaking):5.1f} %"
+            f" {', '.join(parts):60} {np.median([row['ms'] for row in theory_rows]):6.1f}"
         )
     return "\n".join(lines)
 
 
-def worst(rows: list[dict[str, Any]], theory: str, count: int = 5) -> str:
-    """Where a theory that speaks is furthest off, by its largest deviation over the limit."""
+def describe_largest_deviations(rows: list[dict[str, Any]], theory: str, count: int = 5) -> str:
+    """Positions with the largest deviations of a theory relative to the limits.
+
+    Only positions that the theory answers are compared.
+    """
 
     def over(row: dict[str, Any]) -> float:
         return max(abs(row[f"{name}_deviation_percent"]) / limit for name, limit in LIMITS_PERCENT.items())
 
-    own = sorted((row for row in rows if row["theory"] == theory and row["status"] == "solved"), key=over)[-count:]
+    worst_rows = sorted((row for row in rows if row["theory"] == theory and row["status"] == "solved"), key=over)[
+        -count:
+    ]
     return "\n".join(
         f"{row['rail']} {row['inclination']} {row['lateral_shift_mm']:+5.1f} mm {row['load_kN']:5.0f} kN: "
         + ", ".join(f"{name.split('_m')[0]} {row[f'{name}_deviation_percent']:+.2f} %" for name in LIMITS_PERCENT)
-        for row in reversed(own)
+        for row in reversed(worst_rows)
     )
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the finite elements say of each theory, and what it costs (figure cost.png); beside the half-space too."""
-    made = [
+    """Judgement of each theory by finite elements and by the half-space, and its cost.
+
+    The figure is cost.png.
+    """
+    positions = [
         _case(row["rail"], inclination_of(row), float(row["lateral_shift_mm"]), float(row["load_kN"])) for row in rows
     ]
-    told_of = judged(rows)
-    _figure(told_of, costs_ms(made), len(rows), out / "cost.png")
-    return f"{judged_words(told_of, rows)}\n{told(survey(made))}"
+    judgements = judged(rows)
+    _figure(judgements, costs_ms(positions), len(rows), out / "cost.png")
+    return f"{describe_judgements(judgements, rows)}\n{describe_survey(survey(positions))}"
 
 
 def inclination_of(row: dict[str, Any]) -> str:
-    """The inclination of a row's rail as it was given, 1:40 or such."""
+    """Inclination of the rail in a row as text, such as 1:40."""
     return f"1:{1.0 / np.tan(float(row['inclination_rad'])):.0f}"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
-    """A theory by the finite elements: verdicts, largest parts of a limit, and deviations of the peak in %, by row.
+class TheoryJudgement:
+    """Verdicts, limit utilisations and peak deviations (%) of a theory by finite elements.
 
-    Where a theory is undefined, Hertz is shown.
+    Each has an entry per row. Where a theory is undefined, Hertz is shown. Where a theory is undefined, Hertz is shown.
     """
 
     verdicts: tuple[str, ...]
@@ -196,46 +213,52 @@ class Judged:
 
     @property
     def holds(self) -> int:
-        """In how many rows it holds."""
+        """Number of rows in which the theory holds."""
         return self.verdicts.count("HOLDS")
 
 
-def judged(rows: list[dict[str, Any]]) -> dict[str, Judged]:
+def judged(rows: list[dict[str, Any]]) -> dict[str, TheoryJudgement]:
     """Each theory of the pressure by its name, from the cheapest."""
-    found = {}
+    judgements = {}
     for name in ALL:
-        own = [_columns(row, name) for row in rows]
-        verdicts, used, peaks = zip(*own, strict=True)
-        found[name] = Judged(verdicts=verdicts, limit_used=used, p_max_percent=peaks)
-    return found
+        columns = [_columns(row, name) for row in rows]
+        verdicts, utilisations, peaks = zip(*columns, strict=True)
+        judgements[name] = TheoryJudgement(verdicts=verdicts, limit_used=utilisations, p_max_percent=peaks)
+    return judgements
 
 
 def _columns(row: dict[str, Any], name: str) -> tuple[str, float, float]:
     # where a theory is undefined it is Hertz
-    own = name if row.get(f"{name}_verdict_answer") else HERTZ
+    shown_name = name if row.get(f"{name}_verdict_answer") else HERTZ
     keys = ("verdict_answer", "limit_used", "deviation_p_max_percent")
-    verdict, used, peak = (row[f"{own}_{key}"] for key in keys)
-    return str(verdict), float(used), float(peak)
+    verdict, utilisation, peak = (row[f"{shown_name}_{key}"] for key in keys)
+    return str(verdict), float(utilisation), float(peak)
 
 
-def judged_words(found: dict[str, Judged], rows: list[dict[str, Any]]) -> str:
-    """In how many rows each is the cheapest that holds, in how many it holds, and how far its peak is off at most."""
+def describe_judgements(judgements: dict[str, TheoryJudgement], rows: list[dict[str, Any]]) -> str:
+    """Numbers of verdicts and largest peak deviation of each theory.
+
+    For each theory: in how many rows it is the cheapest that holds, in how many it holds, in how many it fails.
+    """
     first = [str(row["cheapest_theory"]) for row in rows]
     lines = [f"Judged by finite elements, {len(rows)} positions and loads:"]
-    for name, one in found.items():
+    for name, judgement in judgements.items():
         lines.append(
-            f"{WORDS[name]}: cheapest that holds in {first.count(name)}, holds in {one.holds}, fails in"
-            f" {one.verdicts.count('FAILS')}; peak off by at most {max(map(abs, one.p_max_percent)):.1f} %"
+            f"{WORDS[name]}: cheapest that holds in {first.count(name)}, holds in {judgement.holds}, fails in"
+            f" {judgement.verdicts.count('FAILS')}; peak off by at most {max(map(abs, judgement.p_max_percent)):.1f} %"
         )
-    enough = next((name for name, one in found.items() if one.holds == len(rows)), None)
+    enough = next((name for name, judgement in judgements.items() if judgement.holds == len(rows)), None)
     lines.append(f"The cheapest that holds in all of them: {WORDS[enough]}" if enough else "None holds in all of them")
     return "\n".join(lines)
 
 
-def costs_ms(made: list[Case]) -> dict[str, float]:
-    """Median CPU milliseconds of each theory at some cases, with its gap line made before."""
-    found: dict[str, list[float]] = {}
-    for case in made:
+def costs_ms(positions: list[Case]) -> dict[str, float]:
+    """Median CPU milliseconds of each theory at some cases.
+
+    The gap line is made before.
+    """
+    times_ms: dict[str, list[float]] = {}
+    for case in positions:
         placement = place_case(case)
         loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
         for name in ALL:
@@ -246,8 +269,8 @@ def costs_ms(made: list[Case]) -> dict[str, float]:
                 call()
             begun = time.process_time()
             call()
-            found.setdefault(name, []).append(1e3 * (time.process_time() - begun))
-    return {name: float(np.median(times)) for name, times in found.items()}
+            times_ms.setdefault(name, []).append(1e3 * (time.process_time() - begun))
+    return {name: float(np.median(times)) for name, times in times_ms.items()}
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
@@ -261,7 +284,8 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             case=f"{row['rail']} {inclination_of(row)}, {row['lateral_shift_mm']:g} mm, {row['load_kN']:g} kN",
             reference="true gap on the half-space",
             kind="analytic",
-            value=100.0 * (_over_elements(row, "strip", measure) / _over_elements(row, HALF_SPACE, measure) - 1.0),
+            value=100.0
+            * (_ratio_to_elements(row, "strip", measure) / _ratio_to_elements(row, HALF_SPACE, measure) - 1.0),
             expected=None,
             limit_percent=limit,
         )
@@ -270,11 +294,11 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
     ]
 
 
-def _over_elements(row: dict[str, Any], name: str, measure: str) -> float:
+def _ratio_to_elements(row: dict[str, Any], name: str, measure: str) -> float:
     return 1.0 + 0.01 * float(row[f"{name}_deviation_{measure}_percent"])
 
 
-def _figure(found: dict[str, Judged], costs: dict[str, float], count: int, path: Path) -> None:
+def _figure(judgements: dict[str, TheoryJudgement], costs: dict[str, float], count: int, path: Path) -> None:
     """Largest part of a limit over the cost of a call: median, and from best to worst."""
     from fecontact.outputs.style import (
         SERIES_COLOURS,
@@ -288,16 +312,16 @@ def _figure(found: dict[str, Judged], costs: dict[str, float], count: int, path:
 
     figure = blank_figure(9.0, 5.0)
     ax = figure.add_subplot()
-    for number, (name, one) in enumerate(found.items()):
-        # beyond the last colour the same ones have other marks
+    for number, (name, judgement) in enumerate(judgements.items()):
+        # after the last colour, the colours repeat with different marks
         colour, mark = (
             SERIES_COLOURS[number % len(SERIES_COLOURS)],
             SERIES_MARKS[(number + number // len(SERIES_COLOURS)) % len(SERIES_MARKS)],
         )
-        cost, used = costs[name], np.array(one.limit_used)
-        ax.plot([cost, cost], [used.min(), used.max()], color=colour, lw=1.0)
-        label = f"{WORDS[name]}: holds in {one.holds} of {count}"
-        ax.plot(cost, np.median(used), ls="none", marker=mark, color=colour, ms=8, label=label)
+        cost, utilisations = costs[name], np.array(judgement.limit_used)
+        ax.plot([cost, cost], [utilisations.min(), utilisations.max()], color=colour, lw=1.0)
+        label = f"{WORDS[name]}: holds in {judgement.holds} of {count}"
+        ax.plot(cost, np.median(utilisations), ls="none", marker=mark, color=colour, ms=8, label=label)
     ax.axhline(1.0, color="0.3", lw=0.9, ls="--")
     ax.set(xlabel="ms a call (numpy, one thread)", ylabel="largest part of a limit that it uses")
     set_plain_log_scale(ax)
@@ -311,17 +335,17 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--quick", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("out/15_cheaper_than_finite_elements"))
-    given = parser.parse_args()
-    shifts, loads = ((-4.0, 0.0, 5.0), (50.0,)) if given.quick else (SHIFTS_MM, LOADS_KN)
+    options = parser.parse_args()
+    shifts, loads = ((-4.0, 0.0, 5.0), (50.0,)) if options.quick else (SHIFTS_MM, LOADS_KN)
     rows = survey(_case(*pair, shift, load) for pair, shift, load in product(PAIRS, shifts, loads))
-    given.out.mkdir(parents=True, exist_ok=True)
+    options.out.mkdir(parents=True, exist_ok=True)
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    with (given.out / "half_space.csv").open("w", newline="", encoding="utf-8") as file:
+    with (options.out / "half_space.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, columns)
         writer.writeheader()
         writer.writerows(rows)
-    print(told(rows))
-    print(f"strip, furthest off:\n{worst(rows, 'strip')}")
+    print(describe_survey(rows))
+    print(f"strip, furthest off:\n{describe_largest_deviations(rows, 'strip')}")
 
 
 if __name__ == "__main__":

@@ -59,34 +59,39 @@ THEORIES = ("multi_hertz", "overlap", "kik_piotrowski", "strip", "half_space")
 REFERENCE = THEORIES[-1]
 # Outer leading wheels by finite elements: shift (mm), yaw (mrad), vertical force (N).
 BY_ELEMENTS = {"Manchester, R 500 m": (6.12, 4.84, 58e3), "metro, R 300 m": (6.21, 5.57, 61e3)}
-# Leading shift and yaw, trailing shift, by the other program, and how far off they may be: its digits.
+# Leading shift and yaw, trailing shift, by the other program. The limit is the resolution of its printed digits.
 PROVEN = {("manchester", 1000.0): (5.31, 2.01, 1.50), ("metro", 300.0): (6.21, 5.57, 0.89)}
 PROVEN_PERCENT = 1.0
 LARGE_PERCENT = 10.0
 _LARGE = 1e-2 * LARGE_PERCENT
-# Y/Q below this is compared with it.
+# A Y/Q below this limit is compared with the limit.
 SMALL_Y_OVER_Q = 0.1
 # Positions and the load (N) of the figure's zones.
 ZONES_MM, ZONES_N = [0.25 * k for k in range(-24, 25)], 57e3
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Two outer leading wheels, yawed, with the roll of the wheelset; one in quick size."""
-    every = [
+    """Two outer leading wheels, yawed, with the roll of the wheelset.
+
+    In quick size, the first wheel.
+    """
+    wheel_cases = [
         Case(**PAIR, lateral_shift_mm=shift, yaw_rad=1e-3 * yaw, load_N=load, roll="touching")
         for shift, yaw, load in BY_ELEMENTS.values()
     ]
-    return every[:1] if quick else every
+    return wheel_cases[:1] if quick else wheel_cases
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Two positions of bogies against the other program."""
-    found = []
+    position_checks = []
     for (vehicle, radius), numbers in PROVEN.items():
         (run,) = fecontact.curve(vehicle, [radius], case=Case(**PAIR)).runs["overlap"]
-        own = (run.wheelsets[0].lateral_shift_mm, run.wheelsets[0].yaw_mrad, run.wheelsets[1].lateral_shift_mm)
-        for name, value, expected in zip(("shift 1, mm", "yaw 1, mrad", "shift 2, mm"), own, numbers, strict=True):
-            found.append(
+        positions = (run.wheelsets[0].lateral_shift_mm, run.wheelsets[0].yaw_mrad, run.wheelsets[1].lateral_shift_mm)
+        for name, value, expected in zip(
+            ("shift 1, mm", "yaw 1, mrad", "shift 2, mm"), positions, numbers, strict=True
+        ):
+            position_checks.append(
                 Check(
                     quantity=name,
                     case=f"{vehicle}, R {radius:g} m, overlapping strips",
@@ -97,31 +102,33 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     limit_percent=PROVEN_PERCENT,
                 )
             )
-    return found
+    return position_checks
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the finite elements say of the two wheels; in full size where vehicles run, and what theories move."""
+    """Verdicts of the two wheels; in full size also the visited positions and theory differences."""
     words = [
         f"{name}: {row['verdict_answer']} ({', '.join(filter(None, (row['verdict_failing'], row['verdict_cause'])))})"
         for name, row in zip(BY_ELEMENTS, rows, strict=False)
     ]
     said = ["Hertz on outer leading wheels: " + "; ".join(words) + "."]
     if len(rows) == len(BY_ELEMENTS):
-        found = {
+        results = {
             name: fecontact.curve(name, radii, case=Case(**PAIR), theories=THEORIES) for name, radii in VISITS.items()
         }
         enough = hertz_is_enough()
-        (out / "curves.md").write_text("\n".join(_table(found)) + "\n", encoding="utf-8")
-        draw(found, enough, out / "curves.png")
-        said += [_visited(found, enough), _moved(found)]
-        said += [describe_difference(one) for curves in found.values() for one in curves.differences]
-        said += [describe_straight_track(one) for curves in found.values() for one in curves.straight]
+        (out / "curves.md").write_text("\n".join(_table(results)) + "\n", encoding="utf-8")
+        draw(results, enough, out / "curves.png")
+        said += [_describe_visits(results, enough), _describe_differences(results)]
+        said += [describe_difference(difference) for curves in results.values() for difference in curves.differences]
+        said += [
+            describe_straight_track(straight_track) for curves in results.values() for straight_track in curves.straight
+        ]
     return "\n".join(said)
 
 
 def hertz_is_enough() -> dict[float, bool]:
-    """Whether Hertz's ellipse is within the criteria of the strip method, at each of the positions; without yaw."""
+    """Whether Hertz's ellipse meets the strip method's criteria at each position, without yaw."""
     lines = iterate_table_rows(Case(**PAIR, roll="touching"), ZONES_MM, [ZONES_N])
     return {line.case.lateral_shift_mm: line.cheapest.label == "hertz" for line in lines}
 
@@ -135,10 +142,10 @@ def _wheels(run: CurveRun) -> list[tuple[float, float]]:
     ]
 
 
-def _visited(found: dict[str, CurveResults], enough: dict[float, bool]) -> str:
-    """A sentence on where the wheels are, by the reference."""
+def _describe_visits(results: dict[str, CurveResults], enough: dict[float, bool]) -> str:
+    """Sentence on the positions of the wheels by the reference."""
     parts = []
-    for name, curves in found.items():
+    for name, curves in results.items():
         runs = curves.runs[REFERENCE]
         shifts = [shift for run in runs for shift, _ in _wheels(run)]
         leading = [_wheels(run)[0] for run in runs]
@@ -151,37 +158,44 @@ def _visited(found: dict[str, CurveResults], enough: dict[float, bool]) -> str:
     return f"In curves {'; '.join(parts)}."
 
 
-def _moved(found: dict[str, CurveResults]) -> str:
-    """A sentence on what theories move by more than a tenth, against the reference."""
+def _describe_differences(results: dict[str, CurveResults]) -> str:
+    """Sentence on theory deviations above a tenth from the reference."""
     parts = []
-    for name, curves in found.items():
+    for name, curves in results.items():
         for theory in THEORIES[:-1]:
             pairs = list(zip(curves.runs[theory], curves.runs[REFERENCE], strict=True))
-            moved = [f"{one.radius_m:g}" for one, other in pairs if one.is_balanced and max(_off(one, other)) > _LARGE]
-            speed = next(one.critical_speed for one in curves.differences if one.theory == theory)
-            told = [f"shift or Y/Q at R {', '.join(moved)} m"] * bool(moved)
-            told += [f"critical speed {1e2 * speed:+.0f} %"] * (speed is not None and abs(speed) > _LARGE)
-            told += [f"no equilibrium at R {one.radius_m:g} m" for one, _ in pairs if not one.is_balanced]
-            if told:
-                parts.append(f"{name}, {theory}: {', '.join(told)}")
+            radii = [
+                f"{run.radius_m:g}"
+                for run, reference_run in pairs
+                if run.is_balanced and max(_relative_deviations(run, reference_run)) > _LARGE
+            ]
+            speed = next(difference.critical_speed for difference in curves.differences if difference.theory == theory)
+            texts = [f"shift or Y/Q at R {', '.join(radii)} m"] * bool(radii)
+            texts += [f"critical speed {1e2 * speed:+.0f} %"] * (speed is not None and abs(speed) > _LARGE)
+            texts += [f"no equilibrium at R {run.radius_m:g} m" for run, _ in pairs if not run.is_balanced]
+            if texts:
+                parts.append(f"{name}, {theory}: {', '.join(texts)}")
     return f"More than {LARGE_PERCENT:g} % off the half-space: {'; '.join(parts) or 'nothing'}."
 
 
-def _off(one: CurveRun, other: CurveRun) -> tuple[float, float]:
-    """How far the leading wheelset is off in shift and in Y/Q of its outer wheel, as parts of the other's."""
-    a, b = one.wheelsets[0], other.wheelsets[0]
-    own, wanted = a.wheels[0].y_over_q, b.wheels[0].y_over_q
+def _relative_deviations(run: CurveRun, reference_run: CurveRun) -> tuple[float, float]:
+    """Relative deviations of the leading wheelset in shift and outer-wheel Y/Q.
+
+    Both are relative to the reference run. A Y/Q below `SMALL_Y_OVER_Q` is compared with that limit.
+    """
+    a, b = run.wheelsets[0], reference_run.wheelsets[0]
+    y_over_q, reference_y_over_q = a.wheels[0].y_over_q, b.wheels[0].y_over_q
     return (
         abs(a.lateral_shift_mm / b.lateral_shift_mm - 1.0),
-        abs(own - wanted) / max(abs(wanted), SMALL_Y_OVER_Q),
+        abs(y_over_q - reference_y_over_q) / max(abs(reference_y_over_q), SMALL_Y_OVER_Q),
     )
 
 
-def _table(found: dict[str, CurveResults]) -> list[str]:
+def _table(results: dict[str, CurveResults]) -> list[str]:
     """Lines of text: every theory against the reference."""
     lines = ["| vehicle | R, m | theory | shift 1, mm | yaw 1, mrad | Y/Q | shift 2, mm | off in shift 1, Y/Q, % |"]
     lines.append("|---|---|---|---|---|---|---|---|")
-    for name, curves in found.items():
+    for name, curves in results.items():
         for theory in THEORIES:
             for run, exact in zip(curves.runs[theory], curves.runs[REFERENCE], strict=True):
                 head = f"| {name} | {run.radius_m:g} | {theory} |"
@@ -189,7 +203,7 @@ def _table(found: dict[str, CurveResults]) -> list[str]:
                     lines.append(f"{head} none | | | | |")
                     continue
                 first, second = run.wheelsets
-                shift, guiding = _off(run, exact)
+                shift, guiding = _relative_deviations(run, exact)
                 lines.append(
                     f"{head} {first.lateral_shift_mm:.2f} | {first.yaw_mrad:.2f} | {first.wheels[0].y_over_q:.3f} |"
                     f" {second.lateral_shift_mm:.2f} | {1e2 * shift:.1f}, {1e2 * guiding:.1f} |"
@@ -197,8 +211,11 @@ def _table(found: dict[str, CurveResults]) -> list[str]:
     return lines
 
 
-def draw(found: dict[str, CurveResults], enough: dict[float, bool], path: Path) -> Path:
-    """Draw where the four wheels of a bogie are on the map of the left wheel, over the radius, and their yaw."""
+def draw(results: dict[str, CurveResults], enough: dict[float, bool], path: Path) -> Path:
+    """Draw the positions of a bogie's four wheels over the radius, and their yaw.
+
+    The positions are on the map of the left wheel.
+    """
     figure = blank_figure(12.0, 5.0)
     axes = figure.subplots(1, 2)
     step = ZONES_MM[1] - ZONES_MM[0]
@@ -206,7 +223,7 @@ def draw(found: dict[str, CurveResults], enough: dict[float, bool], path: Path) 
         colour = ANSWER_COLOURS["HOLDS" if holds else "FAILS"]
         axes[0].axvspan(place - 0.5 * step, place + 0.5 * step, color=colour, alpha=0.35, lw=0.0)
     for number, (name, theory) in enumerate((v, t) for v in VISITS for t in ("multi_hertz", REFERENCE)):
-        good = [run for run in found[name].runs[theory] if run.is_balanced]
+        good = [run for run in results[name].runs[theory] if run.is_balanced]
         style = {"color": SERIES_COLOURS[number], "marker": SERIES_MARKS[number], "linestyle": "none"}
         if theory != REFERENCE:
             style["markerfacecolor"] = "none"

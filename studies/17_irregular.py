@@ -39,7 +39,7 @@ CIRCLES: dict[str, Any] = {"rail": "circle:300", "wheel": "cylinder:460", "incli
 REAL = Case(lateral_shift_mm=3.0, inclination_rad=math.atan(1.0 / 40.0))
 WAVELENGTHS_MM = (20.0, 25.0, 30.0, 40.0, 50.0, 60.0, 80.0, 100.0, 120.0, 160.0, 200.0)
 AMPLITUDES_MM = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
-# What the vehicle meets: its text, and at which places beside the middle it is looked at.
+# Irregularities in service: text of the irregularity, and the positions besides its middle that are evaluated.
 EVERYDAY: dict[str, tuple[str, tuple[float, ...]]] = {
     "corrugation of 30 mm, 25 um": ("sine:wavelength_mm=30,amplitude_um=25", ()),
     "corrugation of 60 mm, 25 um": ("sine:wavelength_mm=60,amplitude_um=25", ()),
@@ -50,7 +50,7 @@ EVERYDAY: dict[str, tuple[str, tuple[float, ...]]] = {
     "worn flat of 52 mm": ("haversine:length_mm=52,depth_mm=0.435", ()),
     "fresh flat of 40 mm": ("chord:length_mm=40", ()),
 }
-# By finite elements: the wave or flat, where on it, and the peak of the half-space by an independent program.
+# By finite elements: irregularity, position on it (mm), and the half-space's peak (MPa) by an independent program.
 BY_ELEMENTS: dict[str, tuple[Irregularity | None, float, float]] = {
     "smooth": (None, 0.0, 1237.56),
     "wave of 50 mm": (Irregularity(kind="sine", wavelength_mm=50.0, amplitude_mm=0.010), 25.0, 1264.3),
@@ -62,19 +62,25 @@ HALF_SPACE_PERCENT = 0.3
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """The smooth pair, two waves and a flat; in quick size the smooth pair and one wave."""
-    every = [
+    """The smooth pair, two waves and a flat.
+
+    In quick size, the smooth pair and one wave.
+    """
+    irregular_cases = [
         Case(**CIRCLES, wheel_irregularity=line, distance_mm=distance, refine="never")
         for line, distance, _ in BY_ELEMENTS.values()
     ]
-    return every[:2] if quick else every
+    return irregular_cases[:2] if quick else irregular_cases
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """The half-space against an independent program, and the step to the bodies against that of the smooth pair."""
-    found = []
+    """Checks of the half-space by an independent program and of the bodies' step.
+
+    The step from the half-space to the bodies is compared with the step of the smooth pair.
+    """
+    peak_checks = []
     for row, (name, (line, distance, expected)) in zip(rows, BY_ELEMENTS.items(), strict=False):
-        found.append(
+        peak_checks.append(
             Check(
                 quantity="peak pressure of the half-space, MPa",
                 case=f"{name} at {distance:g} mm",
@@ -86,40 +92,41 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             )
         )
         if line is not None:
-            smooth, own = (
-                1.0 + 1e-2 * float(one["steps_half_space_to_bodies_p_max_percent"]) for one in (rows[0], row)
+            smooth_ratio, peak_ratio = (
+                1.0 + 1e-2 * float(compared_row["steps_half_space_to_bodies_p_max_percent"])
+                for compared_row in (rows[0], row)
             )
-            found.append(
+            peak_checks.append(
                 Check(
                     quantity="peak pressure with the bodies over that without",
                     case=f"{name} at {distance:g} mm",
                     reference="the smooth pair: bodies do not know of it, but for the slope",
                     kind="invariant",
-                    value=own,
-                    expected=smooth,
+                    value=peak_ratio,
+                    expected=smooth_ratio,
                     limit_percent=1e2 * line.largest_slope,
                 )
             )
-    return found
+    return peak_checks
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What the bodies add to the half-space, beside what they add to the smooth pair."""
+    """Contributions of the bodies to the peak, compared with the smooth pair."""
     added = [float(row["steps_half_space_to_bodies_p_max_percent"]) for row in rows]
-    told = [f"{name} {one:+.2f} %" for name, one in zip(BY_ELEMENTS, added, strict=False)]
-    largest = max(abs(one - added[0]) for one in added[1:])
+    peak_changes = [f"{name} {percent:+.2f} %" for name, percent in zip(BY_ELEMENTS, added, strict=False)]
+    largest = max(abs(percent - added[0]) for percent in added[1:])
     return (
-        f"Finite bodies move the peak by {', '.join(told)}: what is irregular changes that by {largest:.2f} % at most,"
-        " and the half-space is enough for it."
+        f"Finite bodies move the peak by {', '.join(peak_changes)}: what is irregular changes that by"
+        f" {largest:.2f} % at most, and the half-space is enough for it."
     )
 
 
-def everyday() -> list[str]:
-    """Lines of text: what each model is worth on what a vehicle meets."""
+def everyday_table() -> list[str]:
+    """Table of the errors of each model on everyday irregularities."""
     lines = ["| irregularity | model | worst force, % | worst peak, % | holds at places, % |", "|---|---|---|---|---|"]
     for name, (text, places) in EVERYDAY.items():
-        found = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())
-        for model, worst in found["worst"].items():
+        result = irregular(REAL, irregularity=text, positions_mm=places, workers=count_default_workers())
+        for model, worst in result["worst"].items():
             force, peak = (
                 "-" if worst[key] is None else f"{1e2 * worst[key]:+.1f}" for key in ("force_error", "peak_error")
             )
@@ -129,13 +136,17 @@ def everyday() -> list[str]:
 
 def main() -> None:
     """Print the limits of the map and the table, and draw the map."""
-    found = irregular(REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=count_default_workers())
+    result = irregular(
+        REAL, wavelengths_mm=WAVELENGTHS_MM, amplitudes_mm=AMPLITUDES_MM, workers=count_default_workers()
+    )
     for name in ("eq6", "fitted"):
-        limits = [(one["wavelength_mm"], one["amplitude_mm"][name]) for one in found["limits"]]
-        told = ", ".join(f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None)
-        print(f"{name} holds up to: {told}")
-    print("\n".join(everyday()))
-    print(draw_irregular(found, Path(__file__).parent / "figures" / "irregular.png"))
+        limits = [(limit["wavelength_mm"], limit["amplitude_mm"][name]) for limit in result["limits"]]
+        limit_words = ", ".join(
+            f"{length:g} mm {1e3 * height:.3g} um" for length, height in limits if height is not None
+        )
+        print(f"{name} holds up to: {limit_words}")
+    print("\n".join(everyday_table()))
+    print(draw_irregular(result, Path(__file__).parent / "figures" / "irregular.png"))
 
 
 if __name__ == "__main__":

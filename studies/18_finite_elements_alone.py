@@ -53,18 +53,19 @@ from fecontact.regression.checks import Check
 Row = dict[str, Any]
 
 SHIFTS_MM = (-6.0, -4.0, -2.0, -1.0, -0.5, 0.0, 1.0, 3.0, 4.0)
-# Cells of the README's map in which Hertz holds, under loads a tenth below those at which it fails there.
+# Cells of the README's map in which Hertz holds: loads are 10 % below the load at which Hertz fails there.
 NEAR_LIMITS = ((-1.5, 95e3), (-1.0, 53e3), (2.5, 48e3), (3.0, 82e3), (3.5, 129e3), (4.5, 102e3))
 EXACT = ("circle:300", "circle:80")
 MEASURES = {"p_max_MPa": "peak", "area_mm2": "area", "a_mm": "a", "b_mm": "b"}
-# What the bodies themselves are off Hertz, as in study 01; means over the elements around a node add to it.
+# Deviation of the bodies from Hertz, as in study 01; means over the elements around a node add to it.
 BODIES_PERCENT = 0.5
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """Nine positions, two exact ones and six cells near limits at three resolutions, the coarsest first; or two at two.
+    """Nine positions, two exact contacts and six cells near limits at three resolutions.
 
-    So that what is there of a run that was stopped is whole resolutions, and the same command goes on.
+    In quick size, one position and one exact contact at two resolutions. The coarsest resolution is first: an
+    interrupted run has complete resolutions, and the same command resumes it.
     """
     chosen: list[dict[str, Any]] = [
         {"rail": rail, "wheel": "cylinder:460", "inclination_rad": 0.0} for rail in (EXACT[:1] if quick else EXACT)
@@ -76,33 +77,33 @@ def cases(quick: bool = False) -> list[Case]:
     return [Case(resolution=resolution, refine="never", **place) for resolution in resolutions for place in chosen]
 
 
-def off_percent(row: Row, measure: str) -> float:
-    """By how much the elements' own contact differs from the finer nodes' one."""
+def difference_percent(row: Row, measure: str) -> float:
+    """Relative difference of the elements' contact from the contact on finer nodes."""
     return 100.0 * (float(row[f"elements_{measure}"]) / float(row[f"fe_{measure}"]) - 1.0)
 
 
 def stated_percent(row: Row, measure: str) -> float:
-    """Stated uncertainty of the elements' own measure."""
+    """Stated uncertainty of a measure of the elements' contact."""
     return float(row[f"elements_uncertainty_{measure.rsplit('_', 1)[0]}_percent"])
 
 
-def verdict_of(row: Row, *, by_elements: bool) -> str:
-    """Verdict by peak, area and half-widths, of the elements' own contact or of the finer nodes."""
+def find_verdict(row: Row, *, by_elements: bool) -> str:
+    """Verdict by peak, area and half-widths, from the elements' contact or the finer nodes."""
     limits, answers = Criteria().limits, []
     for measure in MEASURES:
         name = measure.rsplit("_", 1)[0]
         if by_elements:
             deviation = float(row[f"hertz_{measure}"]) / float(row[f"elements_{measure}"]) - 1.0
-            unsure = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
+            uncertainty = 0.01 * stated_percent(row, measure) * (1.0 + deviation)
         else:
             deviation = 0.01 * float(row[f"hertz_deviation_{name}_percent"])
-            unsure = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
-        answers.append(compare_with_limit(deviation, unsure, limits[measure]))
+            uncertainty = 0.01 * float(row[f"hertz_uncertainty_{name}_percent"])
+        answers.append(compare_with_limit(deviation, uncertainty, limits[measure]))
     return max(answers, key=ANSWERS_BEST_FIRST.index)
 
 
 def exact_percent(row: Row, measure: str) -> float:
-    """Limit of an own measure beside an exact one.
+    """Limit of a measure of the elements' contact against an exact contact.
 
     A nodal pressure is a mean over its hat, which has a variance of h^2 / 6 in each direction: with n elements a
     semi-axis the peak reads lower by 1 / (6 n^2), sqrt(5 <x^2>) longer by 5 / (12 n^2). Where the edge lies between
@@ -110,70 +111,76 @@ def exact_percent(row: Row, measure: str) -> float:
     """
     if measure == "area_mm2":
         return stated_percent(row, measure)
-    part = 1.0 / 6.0 if measure == "p_max_MPa" else 5.0 / 12.0
-    return BODIES_PERCENT + 100.0 * part / RESOLUTIONS[row["resolution"]] ** 2
+    coefficient = 1.0 / 6.0 if measure == "p_max_MPa" else 5.0 / 12.0
+    return BODIES_PERCENT + 100.0 * coefficient / RESOLUTIONS[row["resolution"]] ** 2
 
 
 def conclude(rows: list[Row], out: Path) -> str:
-    """What is left between both at each resolution, rates, and whether the elements alone say the same."""
+    """Largest differences at each resolution, convergence rates and agreement of the verdicts."""
     figure(rows, out / "elements_alone.png")
     lines = ["Elements' own contact against the finer nodes: largest difference (stated), %"]
     for resolution in dict.fromkeys(row["resolution"] for row in rows):
-        own = [row for row in rows if row["resolution"] == resolution]
+        resolution_rows = [row for row in rows if row["resolution"] == resolution]
         parts = (
-            f"{word} {max(abs(off_percent(row, m)) for row in own):.2f}"
-            f" ({max(stated_percent(row, m) for row in own):.2f})"
+            f"{word} {max(abs(difference_percent(row, m)) for row in resolution_rows):.2f}"
+            f" ({max(stated_percent(row, m) for row in resolution_rows):.2f})"
             for m, word in MEASURES.items()
         )
         lines.append(f"{resolution:9} {', '.join(parts)}")
     lines.append(
         "Rates over the element size, median: " + ", ".join(f"{w} {rate(rows, m):.1f}" for m, w in MEASURES.items())
     )
-    finest = [same[-1] for same in places(rows)]
-    known = [row for row in finest if verdict_of(row, by_elements=True) != "UNRESOLVED"]
-    same = sum(verdict_of(row, by_elements=True) == verdict_of(row, by_elements=False) for row in known)
+    finest = [place_rows[-1] for place_rows in places(rows)]
+    decided_rows = [row for row in finest if find_verdict(row, by_elements=True) != "UNRESOLVED"]
+    agreed = sum(find_verdict(row, by_elements=True) == find_verdict(row, by_elements=False) for row in decided_rows)
     lines.append(
-        f"By peak, area and half-widths finite elements alone say the same in {same} of {len(known)} places where they"
-        f" know it, of {len(finest)} in all."
+        f"By peak, area and half-widths finite elements alone say the same in {agreed} of {len(decided_rows)}"
+        f" places where they know it, of {len(finest)} in all."
     )
     return "\n".join(lines)
 
 
 def rate(rows: Sequence[Row], measure: str) -> float:
-    """Median power of the element size with which the difference to the finer nodes falls, from first to last mesh."""
+    """Median convergence order of the difference to the finer nodes in the element size.
+
+    The order is fitted between the first and the last mesh of each place.
+    """
     powers = []
-    for first, *_, last in (same for same in places(rows) if len(same) > 1):
+    for first, *_, last in (place_rows for place_rows in places(rows) if len(place_rows) > 1):
         finer = RESOLUTIONS[last["resolution"]] / RESOLUTIONS[first["resolution"]]
-        off = [max(abs(off_percent(row, measure)), 1e-3) for row in (first, last)]
-        powers.append(np.log(off[0] / off[1]) / np.log(finer))
+        differences = [max(abs(difference_percent(row, measure)), 1e-3) for row in (first, last)]
+        powers.append(np.log(differences[0] / differences[1]) / np.log(finer))
     return float(np.median(powers))
 
 
 def places(rows: Sequence[Row]) -> list[list[Row]]:
-    """Rows of the same place and load, from coarse to fine."""
-    found: dict[tuple[str, float, float], list[Row]] = {}
+    """Rows grouped by place and load, from coarse to fine."""
+    rows_by_place: dict[tuple[str, float, float], list[Row]] = {}
     for row in rows:
         key = (str(row["rail"]), float(row["lateral_shift_mm"]), float(row["load_kN"]))
-        found.setdefault(key, []).append(row)
-    return list(found.values())
+        rows_by_place.setdefault(key, []).append(row)
+    return list(rows_by_place.values())
 
 
 def figure(rows: list[Row], path: Path) -> None:
-    """Differences over the number of elements, one panel a measure."""
+    """Differences over the number of elements, a panel per measure."""
     picture = blank_figure(11.0, 3.4)
     axes = picture.subplots(1, len(MEASURES), sharey=True)
     for ax, (measure, word) in zip(axes, MEASURES.items(), strict=True):
-        for number, own in enumerate(places(rows)):
-            count = [RESOLUTIONS[row["resolution"]] for row in own]
-            off = [abs(off_percent(row, measure)) for row in own]
+        for number, place_rows in enumerate(places(rows)):
+            count = [RESOLUTIONS[row["resolution"]] for row in place_rows]
+            differences = [abs(difference_percent(row, measure)) for row in place_rows]
             ax.loglog(
                 count,
-                off,
+                differences,
                 marker="o",
                 ms=4,
                 lw=1,
                 color=SERIES_COLOURS[number % len(SERIES_COLOURS)],
-                label=f"{own[0]['rail']} {float(own[0]['lateral_shift_mm']):+g} mm, {float(own[0]['load_kN']):g} kN",
+                label=(
+                    f"{place_rows[0]['rail']} {float(place_rows[0]['lateral_shift_mm']):+g} mm,"
+                    f" {float(place_rows[0]['load_kN']):g} kN"
+                ),
             )
         ax.set_title(word)
         ax.set_xlabel("elements a semi-axis")
@@ -185,27 +192,27 @@ def figure(rows: list[Row], path: Path) -> None:
 
 
 def checks(rows: list[Row]) -> list[Check]:
-    """Own contact inside its stated uncertainty everywhere, and beside Hertz where it is exact."""
-    made = []
+    """Checks of the elements' contact against its stated uncertainty and against exact Hertz."""
+    contact_checks = []
     for row in rows:
         where = (
             f"{row['rail']}, {float(row['lateral_shift_mm']):+g} mm, {float(row['load_kN']):g} kN, {row['resolution']}"
         )
         for measure, word in MEASURES.items():
-            made.append(
+            contact_checks.append(
                 Check(
                     quantity=f"{word} of the elements' own contact, %",
                     case=where,
                     reference="finer nodes of the same bodies",
                     kind="invariant",
-                    value=off_percent(row, measure),
+                    value=difference_percent(row, measure),
                     expected=None,
                     limit_percent=stated_percent(row, measure),
                 )
             )
             if row["rail"] in EXACT:
                 unit = measure.rsplit("_", 1)[1]
-                made.append(
+                contact_checks.append(
                     Check(
                         quantity=f"{word} of the elements' own contact, {unit}",
                         case=where,
@@ -217,7 +224,7 @@ def checks(rows: list[Row]) -> list[Check]:
                         uncertainty_percent=stated_percent(row, measure),
                     )
                 )
-    return made
+    return contact_checks
 
 
 def main() -> None:

@@ -44,7 +44,7 @@ LOADS_KN = (10.0, 50.0, 100.0)
 # On the gauge corner larger loads have elastic peaks beyond five yield stresses, which are refused.
 CORNER_MM, CORNER_KN = 6.0, 10.0
 RADIUS_MM, FORCE_N = 460.0, 100e3
-# Elastic peak over yield stress: peak and area over those of elastic bodies; none is known between them.
+# Elastic peak over yield stress: peak and area relative to elastic bodies, or None without a reference value.
 SPHERES: dict[float, tuple[float, float] | None] = {
     1.8: (0.963, 1.003),
     2.0: (0.905, 1.016),
@@ -60,7 +60,10 @@ QUICK_PEAK_PERCENT = 1.5
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All positions and spheres, or one of each."""
+    """All positions and spheres.
+
+    In quick size, a single position and a single sphere.
+    """
     if quick:
         return [wheel(-4.0, 100.0, refine="never"), sphere(2.5, "quick")]
     positions = [
@@ -69,7 +72,7 @@ def cases(quick: bool = False) -> list[Case]:
     return [*positions, *(sphere(ratio, "standard") for ratio in SPHERES)]
 
 
-def wheel(shift_mm: float, load_kN: float, **more: Any) -> Case:
+def wheel(shift_mm: float, load_kN: float, **settings: Any) -> Case:
     """A position of S1002 on 60E1 without roll."""
     steel = replace(STEEL, yield_MPa=YIELD_MPA, tangent_MPa=TANGENT_MPA)
     return Case(
@@ -78,7 +81,7 @@ def wheel(shift_mm: float, load_kN: float, **more: Any) -> Case:
         roll="given",
         rail_material=steel,
         wheel_material=steel,
-        **more,
+        **settings,
     )
 
 
@@ -89,13 +92,16 @@ def elastic_peak_MPa() -> float:
 
 
 def elastic_approach_mm() -> float:
-    """Approach of the spheres in closed form (Johnson 1985, eq. 3.24), without the bodies' ends."""
+    """Approach of the spheres in closed form, without the bodies' ends.
+
+    Source: Johnson 1985, eq. 3.24.
+    """
     modulus = STEEL.young_MPa / (2.0 * (1.0 - STEEL.poisson**2))
     return float((math.pi * elastic_peak_MPa() / (2.0 * modulus)) ** 2 * RADIUS_MM)
 
 
 def sphere(ratio: float, resolution: str) -> Case:
-    """A sphere on a plane under an elastic peak of so many yield stresses."""
+    """A sphere on a plane; the ratio is the elastic peak over the yield stress."""
     # whole ids: digits beyond differ between machines
     steel = replace(STEEL, yield_MPa=round(elastic_peak_MPa() / ratio, 3))
     return Case(
@@ -118,17 +124,17 @@ def truth(value: Any) -> bool:
 
 
 def is_sphere(row: dict[str, Any]) -> bool:
-    """Whether a row is one of the spheres."""
+    """Whether a row is a sphere."""
     return str(row["rail"]).startswith("circle:")
 
 
 def box(row: dict[str, Any]) -> tuple[bool, bool]:
-    """What the claim looks at: whether the patch covers a junction, and whether anything yields."""
+    """Criteria of the claim: a junction under the patch, and a load above first yield."""
     return truth(row["geometry_junction_in_patch"]), 1e3 * float(row["load_kN"]) > float(row["plastic_first_yield_N"])
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Two tables of two by two, against elastic bodies and against those that yield."""
+    """Two tables of two by two, against elastic bodies and against yielding bodies."""
     wheels = [row for row in rows if not is_sphere(row)]
     lines = []
     for column, words in (("elastic_verdict_answer", "elastic bodies"), ("verdict_answer", "bodies that yield")):
@@ -153,20 +159,23 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
 
 
 def figure(rows: list[dict[str, Any]], path: Path) -> None:
-    """Load over that of first yield against the change of the peak by yielding, coloured by the plastic verdict."""
+    """Change of the peak by yielding over the load relative to first yield.
+
+    The colour is the plastic verdict.
+    """
     picture = blank_figure(8.0, 4.6)
     axes = picture.add_subplot()
     for answer in ("HOLDS", "FAILS", "UNRESOLVED"):
         for junction, marker in ((False, "o"), (True, "s")):
-            own = [row for row in rows if (row["verdict_answer"], box(row)[0]) == (answer, junction)]
-            if own:
+            box_rows = [row for row in rows if (row["verdict_answer"], box(row)[0]) == (answer, junction)]
+            if box_rows:
                 axes.scatter(
-                    [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in own],
-                    [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in own],
+                    [1e3 * float(row["load_kN"]) / float(row["plastic_first_yield_N"]) for row in box_rows],
+                    [float(row["steps_bodies_to_plastic_p_max_percent"]) for row in box_rows],
                     c=ANSWER_COLOURS[answer],
                     ec="0.2",
                     marker=marker,
-                    label=f"{answer}, {'over a junction' if junction else 'over none'}: {len(own)}",
+                    label=f"{answer}, {'over a junction' if junction else 'over none'}: {len(box_rows)}",
                 )
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
     axes.set_xlabel("load / load of first yield")
@@ -177,7 +186,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
 
 
 def interference(row: dict[str, Any]) -> tuple[float, float]:
-    """Interference and force of a sphere over those of first yield.
+    """Interference and force of a sphere relative to first yield.
 
     What bodies that end give way as a whole stays elastic: the approach changes by as much as that of half-spaces.
     """
@@ -188,18 +197,21 @@ def interference(row: dict[str, Any]) -> tuple[float, float]:
 
 
 def kogut_etsion(w: float) -> float:
-    """Force over that of first yield at an interference over that of first yield (Kogut and Etsion 2002)."""
+    """Force at an interference, both relative to first yield.
+
+    Source: Kogut and Etsion 2002.
+    """
     return 1.03 * w**1.425 if w <= 6.0 else 1.40 * w**1.263
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """Spheres: peak and area by axisymmetric elements, force by Kogut and Etsion."""
-    found = []
+    sphere_checks = []
     for row in filter(is_sphere, rows):
         w, force = interference(row)
         ratio = elastic_peak_MPa() / float(row["plastic_bodies_rail_yield_MPa"])
         case = f"sphere, elastic peak {ratio:.2f} yield stresses"
-        found.append(
+        sphere_checks.append(
             Check(
                 quantity="force over that of first yield",
                 case=case,
@@ -210,15 +222,15 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 limit_percent=FORCE_PERCENT,
             )
         )
-        known = SPHERES.get(round(ratio, 2))
-        if known is None:
+        reference_ratios = SPHERES.get(round(ratio, 2))
+        if reference_ratios is None:
             continue
         peak = PEAK_PERCENT if row["resolution"] == "standard" else QUICK_PEAK_PERCENT
         for (measure, unit), expected, limit in zip(
-            (("p_max", "MPa"), ("area", "mm2")), known, (peak, AREA_PERCENT), strict=True
+            (("p_max", "MPa"), ("area", "mm2")), reference_ratios, (peak, AREA_PERCENT), strict=True
         ):
-            before, after = (float(row[f"{of}_{measure}_{unit}"]) for of in ("fe", "plastic"))
-            found.append(
+            before, after = (float(row[f"{prefix}_{measure}_{unit}"]) for prefix in ("fe", "plastic"))
+            sphere_checks.append(
                 Check(
                     quantity=f"{measure} over that of elastic bodies",
                     case=case,
@@ -230,7 +242,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     uncertainty_percent=float(row[f"steps_uncertainty_bodies_to_plastic_{measure}_percent"]),
                 )
             )
-    return found
+    return sphere_checks
 
 
 def main() -> None:

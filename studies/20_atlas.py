@@ -53,24 +53,24 @@ FIGURE = Path(__file__).parent / "figures" / "atlas.png"
 WHEELS = ("S1002", "EN13715_1in40")
 RAILS = ("46E1", "49E1", "50E6", "54E1", "54E4", "55E1", "56E1", "60E1", "60E2")
 INCLINATIONS = {"1in20": "1:20", "1in30": "1:30", "1in40": "1:40", "upright": "0"}
-# Draws of the fleets are independent of each other.
+# Different seeds, so that the draws of the fleets are independent.
 SEEDS = {"1in40": 1, "1in20": 2, "1in30": 3, "upright": 4}
 SHIFTS_MM = tuple(0.5 * k for k in range(-16, 17))
 LOADS_KN = (25.0, 50.0, 75.0, 100.0, 125.0)
 DRAWN = 75
 LETTERS = {HOLDS: "H", FAILS: "F", OPEN: "O", "REFUSED": "R"}
-# By the screen Hertz holds, fails, and is near its limits.
+# Positions at which Hertz holds, fails, and is near its limits by the screen.
 QUICK = (
     ("1in40", "EN13715_1in40", "46E1", 4.5, 75.0),
     ("1in40", "S1002", "50E6", 2.5, 25.0),
     ("1in40", "S1002", "60E1", 3.0, 100.0),
 )
-# Largest difference of what the screen and finite elements say that Hertz's peak is off, where the screen is sure.
+# Largest difference between Hertz's peak deviations by the screen and by finite elements, where the screen is sure.
 PEAK_PERCENT = 2.0
-# The one position of 250 at which they differ by more (see above); its verdicts are compared as all others.
+# The only position of 250 with a larger difference (see above); its verdicts are compared like all others.
 STRIPS_ARE_OFF = ("upright", "S1002", "46E1", 6.0, 50.0)
 LEAST_AGREED_PERCENT = 95.0
-_OF_SAMPLE = "inclusion_probability, fe_verdict, fe_p_max_percent"
+_SAMPLE_COLUMNS = "inclusion_probability, fe_verdict, fe_p_max_percent"
 _FLEET = """theory = "strip"
 
 [wheels]
@@ -92,7 +92,7 @@ refine = "never"
 
 
 def fleet_file(inclination: str) -> str:
-    """The file of the fleet of an inclination."""
+    """Text of the fleet file of an inclination."""
     lists = {"wheels": WHEELS, "rails": RAILS, "shifts": SHIFTS_MM, "loads": LOADS_KN}
     texts = {name: repr(list(values)).replace("'", '"') for name, values in lists.items()}
     return _FLEET.format(**texts, inclination=inclination)
@@ -102,8 +102,8 @@ def fleet_file(inclination: str) -> str:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Drawn:
-    """A drawn position: its place, what the screen says of it, for what it stands, and what finite elements say."""
+class DrawnPosition:
+    """A drawn position with its place, screen verdict, weight and finite-element verdict."""
 
     inclination: str
     wheel: str
@@ -125,7 +125,7 @@ class Drawn:
 
     @property
     def case(self) -> Case:
-        """The position by finite elements."""
+        """The position as a case for finite elements."""
         return Case(
             wheel=self.wheel,
             rail=self.rail,
@@ -136,26 +136,34 @@ class Drawn:
         )
 
 
-def sample() -> list[Drawn]:
-    """All drawn positions as they were solved."""
-    kinds = Drawn.__annotations__
+def sample() -> list[DrawnPosition]:
+    """All drawn positions with their finite-element verdicts."""
+    kinds = DrawnPosition.__annotations__
     with (ATLAS / "sample.csv").open(encoding="utf-8", newline="") as file:
         return [
-            Drawn(**{name: float(text or "nan") if kinds[name] is float else text for name, text in row.items()})
+            DrawnPosition(
+                **{name: float(text or "nan") if kinds[name] is float else text for name, text in row.items()}
+            )
             for row in csv.DictReader(file)
         ]
 
 
 def cases(quick: bool = False) -> list[Case]:
-    """All drawn positions at which the wheel stands, or three of them."""
-    drawn = {one.place: one.case for one in sample() if one.stratum != "refused"}
-    return [case for place, case in drawn.items() if not quick or place in QUICK]
+    """All drawn positions in which the wheel stands.
+
+    In quick size, three of them.
+    """
+    cases_by_place = {position.place: position.case for position in sample() if position.stratum != "refused"}
+    return [case for place, case in cases_by_place.items() if not quick or place in QUICK]
 
 
-def matched(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[Drawn, Mapping[str, Any]]]:
-    """Rows that were solved, with their drawn positions."""
+def match_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[DrawnPosition, Mapping[str, Any]]]:
+    """Converged rows with their drawn positions."""
     by_place = {
-        _place(one.wheel, one.rail, one.case.inclination_rad, one.shift_mm, one.load_kN): one for one in sample()
+        _place(
+            position.wheel, position.rail, position.case.inclination_rad, position.shift_mm, position.load_kN
+        ): position
+        for position in sample()
     }
     for row in rows:
         if row["status"] == "converged":
@@ -164,73 +172,88 @@ def matched(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[Drawn, Mapping[
 
 
 def _place(wheel: str, rail: str, *numbers: float) -> tuple[str | float, ...]:
-    return wheel, rail, *(round(one, 6) for one in numbers)
+    return wheel, rail, *(round(number, 6) for number in numbers)
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Hertz's peak off by the screen where it is sure, and its verdicts where both decide, against finite elements."""
-    found = list(matched(rows))
-    both = decided(found)
+    """Checks of the screen's Hertz peaks and verdicts against finite elements.
+
+    Peaks are compared where the screen is sure, verdicts where both decide.
+    """
+    matched_rows = list(match_rows(rows))
+    verdict_pairs = decided_verdicts(matched_rows)
     agreed = Check(
         quantity="part of the verdicts that are the same",
-        case=f"{len(both)} positions that both decide",
+        case=f"{len(verdict_pairs)} positions that both decide",
         reference="finite elements",
         kind="invariant",
-        value=float(np.mean([screen == elements for screen, elements in both])),
+        value=float(np.mean([screen == elements for screen, elements in verdict_pairs])),
         expected=1.0,
         limit_percent=100.0 - LEAST_AGREED_PERCENT,
     )
     return [agreed] + [
         Check(
             quantity="Hertz's peak off by finite elements minus by the screen, %",
-            case=f"{one.wheel} on {one.rail} {one.inclination}, {one.shift_mm:g} mm, {one.load_kN:g} kN",
+            case=f"{position.wheel} on {position.rail} {position.inclination}, {position.shift_mm:g} mm,"
+            f" {position.load_kN:g} kN",
             reference="finite elements",
             kind="invariant",
-            value=float(row["hertz_deviation_p_max_percent"]) - one.p_max_percent,
+            value=float(row["hertz_deviation_p_max_percent"]) - position.p_max_percent,
             expected=None,
             limit_percent=PEAK_PERCENT,
             uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]),
         )
-        for one, row in found
-        if one.stratum.startswith("surely") and one.place != STRIPS_ARE_OFF
+        for position, row in matched_rows
+        if position.stratum.startswith("surely") and position.place != STRIPS_ARE_OFF
     ]
 
 
-def decided(found: Iterable[tuple[Drawn, Mapping[str, Any]]]) -> list[tuple[str, str]]:
-    """What the screen and finite elements say where both decide."""
-    said = [(one.verdict, str(row["verdict_answer"])) for one, row in found]
-    return [pair for pair in said if {*pair} <= {HOLDS, FAILS}]
+def decided_verdicts(matched_rows: Iterable[tuple[DrawnPosition, Mapping[str, Any]]]) -> list[tuple[str, str]]:
+    """Verdicts of the screen and of finite elements where both decide."""
+    verdict_pairs = [(position.verdict, str(row["verdict_answer"])) for position, row in matched_rows]
+    return [pair for pair in verdict_pairs if {*pair} <= {HOLDS, FAILS}]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """Where finite elements and the screen decide, how often they agree; and the share at which Hertz holds."""
-    both = decided(matched(rows))
-    agreed = sum(screen == elements for screen, elements in both)
+    """Agreement of screen and finite elements, and the share in which Hertz holds."""
+    verdict_pairs = decided_verdicts(match_rows(rows))
+    agreed = sum(screen == elements for screen, elements in verdict_pairs)
     return (
-        f"Screen and finite elements agree in {agreed} of {len(both)} positions that both decide. By all"
+        f"Screen and finite elements agree in {agreed} of {len(verdict_pairs)} positions that both decide. By all"
         f" {len(sample())} drawn positions Hertz holds in {format_interval(share())} of the atlas."
     )
 
 
 def share() -> Share:
-    """The share of all positions at which Hertz holds, by finite elements, with its interval."""
-    drawn = sample()
+    """Share of all positions in which Hertz holds, by finite elements, with its interval."""
+    drawn_positions = sample()
     return estimate_share(
-        [_stratum(name, drawn) for name in STRATA if any(one.stratum == name for one in drawn)], {HOLDS}
+        [
+            _stratum(name, drawn_positions)
+            for name in STRATA
+            if any(position.stratum == name for position in drawn_positions)
+        ],
+        {HOLDS},
     )
 
 
-def _stratum(name: str, drawn: Sequence[Drawn]) -> Stratum:
-    """A stratum of all four fleets together; each drawn position stands for as many as its probability says."""
-    own = [one for one in drawn if one.stratum == name]
-    weights, inclusion = (np.array([getattr(one, of) for one in own]) for of in ("weight", "inclusion_probability"))
+def _stratum(name: str, drawn_positions: Sequence[DrawnPosition]) -> Stratum:
+    """A stratum of all four fleets together.
+
+    The weight of each drawn position is divided by its inclusion probability.
+    """
+    stratum_positions = [position for position in drawn_positions if position.stratum == name]
+    weights, inclusion = (
+        np.array([getattr(position, column) for position in stratum_positions])
+        for column in ("weight", "inclusion_probability")
+    )
     stands_for = float(np.sum(weights / inclusion))
     return Stratum(
         name=name,
         weight=stands_for,
         positions=round(float(np.sum(1.0 / inclusion))),
         guess=0.5,
-        answers=np.array([one.fe_verdict for one in own]),
+        answers=np.array([position.fe_verdict for position in stratum_positions]),
         weights=weights,
         inclusion=inclusion,
     )
@@ -249,13 +272,16 @@ def atlas() -> dict[tuple[str, str, str], dict[float, str]]:
 
 
 def holds_up_to_kN(letters: str) -> float:
-    """The largest load up to which Hertz holds at each load tried; 0 where it does at none."""
-    held = len(letters) - len(letters.lstrip("H"))
-    return LOADS_KN[held - 1] if held else 0.0
+    """Largest load up to which Hertz holds at every tested load.
+
+    The load is 0 if Hertz does not hold at the smallest load.
+    """
+    count = len(letters) - len(letters.lstrip("H"))
+    return LOADS_KN[count - 1] if count else 0.0
 
 
 def ranges(shifts_mm: Sequence[float]) -> str:
-    """Shifts in words, those that follow each other in one range.
+    """Shifts in words, with consecutive shifts as a range.
 
     >>> ranges([-8.0, -7.5, -7.0, 3.0])
     '-8 to -7, 3'
@@ -270,13 +296,17 @@ def ranges(shifts_mm: Sequence[float]) -> str:
 
 
 def table(load_kN: float) -> str:
-    """The shifts at which Hertz holds up to a load, as a table in Markdown."""
-    found = atlas()
+    """Markdown table of the shifts at which Hertz holds up to a load."""
+    letters_by_pair = atlas()
     lines = [f"| wheel, rail | {' | '.join(map(str, INCLINATIONS))} |", f"|---|{'---|' * len(INCLINATIONS)}"]
     for wheel, rail in product(WHEELS, RAILS):
         cells = [
             ranges(
-                [shift for shift, letters in found[wheel, slope, rail].items() if holds_up_to_kN(letters) >= load_kN]
+                [
+                    shift
+                    for shift, letters in letters_by_pair[wheel, slope, rail].items()
+                    if holds_up_to_kN(letters) >= load_kN
+                ]
             )
             for slope in INCLINATIONS
         ]
@@ -285,27 +315,30 @@ def table(load_kN: float) -> str:
 
 
 def figure(path: Path) -> Path:
-    """The largest load up to which Hertz holds over the shift, a row a pair."""
+    """Largest load up to which Hertz holds over the shift, a row per pair."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    found, rows = atlas(), list(product(INCLINATIONS, RAILS))
+    letters_by_pair, rows = atlas(), list(product(INCLINATIONS, RAILS))
     count = len(LOADS_KN) + 1
     colours = ListedColormap(colormaps["cividis"](np.linspace(0.0, 1.0, count))).with_extremes(bad="#d9d9d9")
     norm = BoundaryNorm(np.arange(count + 1) - 0.5, count)
     drawing = blank_figure(14.0, 11.5)
     panels = drawing.subplots(1, len(WHEELS), sharey=True)
     for ax, wheel in zip(panels, WHEELS, strict=True):
-        letters = [[found[wheel, slope, rail][shift] for shift in SHIFTS_MM] for slope, rail in rows]
-        held = [[np.nan if "R" in one else len(one) - len(one.lstrip("H")) for one in line] for line in letters]
+        letters = [[letters_by_pair[wheel, slope, rail][shift] for shift in SHIFTS_MM] for slope, rail in rows]
+        load_counts = [
+            [np.nan if "R" in cell else len(cell) - len(cell.lstrip("H")) for cell in pair_letters]
+            for pair_letters in letters
+        ]
         extent = (SHIFTS_MM[0] - 0.25, SHIFTS_MM[-1] + 0.25, len(rows) - 0.5, -0.5)
-        image = ax.imshow(held, cmap=colours, norm=norm, aspect="auto", extent=extent, interpolation="none")
+        image = ax.imshow(load_counts, cmap=colours, norm=norm, aspect="auto", extent=extent, interpolation="none")
         for letter, mark, colour in (("O", ".", "#d55e00"), ("R", "x", "#606060")):
             places = [
                 (shift, k)
-                for k, line in enumerate(letters)
-                for shift, one in zip(SHIFTS_MM, line, strict=True)
-                if letter in one
+                for k, pair_letters in enumerate(letters)
+                for shift, cell in zip(SHIFTS_MM, pair_letters, strict=True)
+                if letter in cell
             ]
             ax.plot(*zip(*places, strict=True), mark, color=colour, ms=5)
         ax.hlines(np.arange(len(RAILS), len(rows), len(RAILS)) - 0.5, *extent[:2], color="#ffffff", lw=2.5)
@@ -326,7 +359,10 @@ def figure(path: Path) -> Path:
 
 
 def make(out: Path, workers: int) -> None:
-    """Screen the four fleets and solve their samples; what was finished is not done again."""
+    """Screen the four fleets and solve their samples.
+
+    Finished results are reused.
+    """
     settings = RunSettings(workers=workers)
     for slope, inclination in INCLINATIONS.items():
         folder = out / slope
@@ -335,18 +371,18 @@ def make(out: Path, workers: int) -> None:
 
 
 def collect(out: Path) -> None:
-    """Keep what the fleets say as `atlas/` and the figure."""
-    names = ", ".join(name for name in Drawn.__annotations__ if name != "inclination")
+    """Write the results of the fleets to `atlas/` and draw the figure."""
+    names = ", ".join(name for name in DrawnPosition.__annotations__ if name != "inclination")
     pairs: list[dict[str, Any]] = []
     positions: list[dict[str, Any]] = []
     for slope in INCLINATIONS:
         with open_tables(out / slope) as tables:
             pairs += _pair_rows(slope, query_rows(tables, "SELECT * FROM screened"))
-            solved = f"SELECT {POSITION_COLUMNS}, {_OF_SAMPLE} FROM sample"
-            drawn = query_rows(
-                tables, f"SELECT {names} FROM screen JOIN ({solved}) USING ({POSITION_COLUMNS}) ORDER BY ALL"
+            solved_query = f"SELECT {POSITION_COLUMNS}, {_SAMPLE_COLUMNS} FROM sample"
+            sample_rows = query_rows(
+                tables, f"SELECT {names} FROM screen JOIN ({solved_query}) USING ({POSITION_COLUMNS}) ORDER BY ALL"
             )
-            positions += [{"inclination": slope} | row for row in drawn]
+            positions += [{"inclination": slope} | row for row in sample_rows]
     write_csv(pairs, ATLAS / "positions.csv")
     write_csv(positions, ATLAS / "sample.csv")
     print(figure(FIGURE))
@@ -355,7 +391,7 @@ def collect(out: Path) -> None:
 
 
 def _pair_rows(slope: str, screened: Sequence[Mapping[str, Any]]) -> Iterator[dict[str, Any]]:
-    """A row a pair, with the letters of its loads at each shift."""
+    """Rows of pairs, with the letters of the loads at each shift."""
     letters = {
         tuple(row[name] for name in ("wheel", "rail", "shift_mm", "load_kN")): LETTERS[row["verdict"]]
         for row in screened
@@ -374,10 +410,10 @@ def main() -> None:
     parser.add_argument("--screen", action="store_true")
     parser.add_argument("--out", type=Path, default=Path("out/20_atlas"))
     parser.add_argument("--workers", type=int, default=2)
-    given, _ = parser.parse_known_args()
-    if given.screen:
-        make(given.out, given.workers)
-        collect(given.out)
+    options, _ = parser.parse_known_args()
+    if options.screen:
+        make(options.out, options.workers)
+        collect(options.out)
     else:
         run_script(__file__)
 

@@ -57,21 +57,23 @@ from fecontact.solving.profile_variants import judge_case_variants
 VERDICTS = Path(__file__).parent / "profiles" / "contact_verdicts.csv"
 MEASURED = Path(__file__).parents[1] / "tests" / "profiles"
 TAPE_CIRCLE_MM = 70.0
-# As CONTACT's verdicts are.
+# The criteria of CONTACT's verdicts.
 CRITERIA = Criteria(judged_by=("p_max", "area", "a", "b", "separate"))
 LEAST_DECIDED_PERCENT = 95.0
-# What is stated must cover CONTACT's deviation, and a band its peak, with the filter of 4 and of 8 mm.
+# Least share of positions in which the stated uncertainty covers CONTACT's deviation (by filter in mm), and in which
+# the range over the profile variants includes CONTACT's peak.
 LEAST_COVERED_PERCENT = {4: 95.0, 8: 85.0}
 LEAST_IN_BAND_PERCENT = 90.0
 COVERED = {"p": "p_max_MPa", "area": "area_mm2", "a": "a_mm", "b": "b_mm"}
-# Cells of constant pressure that are pressed on are more than lie inside the contact: its edge is outside by this part
-# of a cell, measured on five Hertz ellipses (0.09 to 0.16); and its peak is lower by up to this part.
+# The pressed cells of constant pressure cover more than the contact. Their edge is outside the edge of the contact by
+# the first fraction of a cell (measured on five Hertz ellipses: 0.09 to 0.16). Their peak is lower by up to the second
+# fraction.
 CELLS_OUTSIDE, CELLS_LOWER = 0.13, 0.002
 
 
 @dataclass(frozen=True)
 class Pair:
-    """Files or names of rail and wheel, and how they stand in the track."""
+    """Files or names of rail and wheel, and their placement in the track."""
 
     rail: str
     wheel: str
@@ -90,17 +92,19 @@ PAIRS = {
         "MBench_UIC60", "Car7813_0001r.whl", 1435.0, 14.0, radius_mm=431.8, inclination_rad=atan(1 / 40)
     ),
 }
-# Finite elements solve what is under this load; the quick form one of them, where Hertz holds.
+# Finite elements solve the positions under this load. The quick form solves the position with this index, at which
+# Hertz holds.
 SOLVED_kN, QUICK = 60.0, 2
-# They are solved on the line that these points have by default. A flange's patch and the head's feel each other here
-# and do not in CONTACT where they are farther apart than 8 mm: there the peak is off by 0.66 %, else by 0.23 % at most.
+# Finite elements use the default smoothing of the points. Here the patches of flange and head deflect each other. In
+# CONTACT they do not if they are more than 8 mm apart: there the peak differs by 0.66 %, elsewhere by at most 0.23 %.
 FILTER_OF_ELEMENTS_MM, PEAK_PERCENT = 4, 0.8
 
 
 def two_patches(load_kN: float) -> Case:
-    """Head and flange at once, under a lobe of 0.4 mm: what grids of contacts that are wide and narrow are tried on.
+    """A contact on head and flange at once, with a lobe 0.4 mm wide.
 
-    Roll and yaw are given. A roll to the left wheel is +1.3 mrad here and -1.3 mrad in programs with z down.
+    Grids of contacts that are wide and narrow are tested on it. Roll and yaw are given. A roll to the left wheel is
+    +1.3 mrad here and -1.3 mrad in programs with z down.
     """
     case = case_of(("site_b", "worn_hm"), 14.74, load_kN)
     return replace(case, roll_rad=1.3e-3, yaw_rad=5e-3)
@@ -108,7 +112,10 @@ def two_patches(load_kN: float) -> Case:
 
 @dataclass(frozen=True)
 class Position:
-    """A position as CONTACT knows it, with its verdicts, and by the filter in mm its peaks and Hertz's deviations."""
+    """A position solved by CONTACT, with its verdicts, peaks and Hertz's deviations.
+
+    Peaks and deviations are by the filter in mm.
+    """
 
     case: Case
     pair: tuple[str, str]
@@ -118,15 +125,16 @@ class Position:
 
     @property
     def agreed(self) -> str:
-        """What both filters say, empty where they differ."""
+        """Common verdict of both filters; empty if they differ."""
         return self.verdicts[0] if len({*self.verdicts}) == 1 else ""
 
 
 @dataclass(frozen=True)
-class Found:
-    """The answer at a position by half-spaces, on how many lines Hertz holds, the peak over them, and CPU seconds.
+class SurveyResult:
+    """Half-space verdict at a position, profile variants, peak range and CPU seconds.
 
-    `covered` says of each filter in mm and measure whether CONTACT's deviation is within what is stated.
+    `holds_on` of `lines` profile variants satisfy Hertz's criteria, and the peaks are the range over them. `covered`
+    states for each filter in mm and measure whether CONTACT's deviation is within the stated uncertainty.
     """
 
     position: Position
@@ -137,14 +145,20 @@ class Found:
     covered: dict[tuple[int, str], bool]
     seconds: float
 
-    def in_band(self, filter_mm: int) -> bool:
-        """Whether CONTACT's peak with a filter is one of the lines', by what its cells leave open."""
+    def is_in_band(self, filter_mm: int) -> bool:
+        """Whether CONTACT's peak with a filter is within the range of the variants.
+
+        The range is widened by the error of CONTACT's cells.
+        """
         (low, high), peak = self.peaks_MPa, self.position.peaks_MPa[filter_mm]
         return low <= peak * (1.0 + CELLS_LOWER) and peak <= high * (1.0 + CELLS_LOWER)
 
     @property
     def outcome(self) -> str:
-        """Decided as CONTACT has it, wrong, or open; of positions where its filters differ whether it is open."""
+        """Outcome against CONTACT: decided, wrong, or open.
+
+        Where the filters of CONTACT differ, the outcome is split, and either open or decided.
+        """
         if not self.position.agreed:
             return "split, open" if self.answer == "UNRESOLVED" else "split, decided"
         if self.answer == "UNRESOLVED":
@@ -153,23 +167,23 @@ class Found:
 
 
 def case_of(pair: tuple[str, str], shift_mm: float, load_kN: float) -> Case:
-    """A position of a pair, judged as CONTACT's verdicts are."""
-    of = PAIRS[pair]
-    named = {"rail": of.rail, "wheel": of.wheel}
-    files = {body: str(MEASURED / name) for body, name in named.items() if (MEASURED / name).exists()}
+    """A position of a pair, with the criteria of CONTACT's verdicts."""
+    track_pair = PAIRS[pair]
+    profiles = {"rail": track_pair.rail, "wheel": track_pair.wheel}
+    files = {body: str(MEASURED / name) for body, name in profiles.items() if (MEASURED / name).exists()}
     return Case(
-        **{**named, **files},
+        **{**profiles, **files},
         rail_file=Reading(),
         wheel_file=Reading(tape_circle_mm=TAPE_CIRCLE_MM) if "wheel" in files else Reading(),
-        inclination_rad=of.inclination_rad,
+        inclination_rad=track_pair.inclination_rad,
         lateral_shift_mm=shift_mm,
         load_N=1e3 * load_kN,
         roll="given",
-        rolling_radius_mm=of.radius_mm,
+        rolling_radius_mm=track_pair.radius_mm,
         track=Track(
-            gauge_mm=of.gauge_mm,
-            gauge_depth_mm=of.gauge_depth_mm,
-            back_to_back_mm=of.back_to_back_mm,
+            gauge_mm=track_pair.gauge_mm,
+            gauge_depth_mm=track_pair.gauge_depth_mm,
+            back_to_back_mm=track_pair.back_to_back_mm,
             tape_circle_from_back_mm=TAPE_CIRCLE_MM,
         ),
         criteria=CRITERIA,
@@ -177,7 +191,7 @@ def case_of(pair: tuple[str, str], shift_mm: float, load_kN: float) -> Case:
 
 
 def positions() -> list[Position]:
-    """All positions that CONTACT has solved."""
+    """All positions solved by CONTACT."""
     with VERDICTS.open(encoding="utf-8") as file:
         return [
             Position(
@@ -192,93 +206,119 @@ def positions() -> list[Position]:
 
 
 def _deviations(row: dict[str, str], filter_mm: int) -> dict[str, float]:
-    """Hertz against CONTACT, whose area is that inside its edge (`edge`: a cell along it, over the area)."""
-    found = {name: float(row[f"{short}_{filter_mm}mm_percent"]) / 100.0 for short, name in COVERED.items()}
+    """Deviations of Hertz from CONTACT, with CONTACT's area corrected for the edge cells.
+
+    The area is inside the edge of CONTACT's cells (`edge`: a cell along the edge, over the area).
+    """
+    deviations = {name: float(row[f"{short}_{filter_mm}mm_percent"]) / 100.0 for short, name in COVERED.items()}
     outside = CELLS_OUTSIDE * float(row[f"edge_{filter_mm}mm_percent"]) / 100.0
-    return found | {"area_mm2": (1.0 + found["area_mm2"]) / (1.0 - outside) - 1.0}
+    return deviations | {"area_mm2": (1.0 + deviations["area_mm2"]) / (1.0 - outside) - 1.0}
 
 
-def survey(of: list[Position]) -> list[Found]:
-    """Hertz against the half-space on every line, at each position."""
-    found = []
-    for position in of:
+def survey(chosen_positions: list[Position]) -> list[SurveyResult]:
+    """Judge Hertz against the half-space on every profile variant, at each position."""
+    results = []
+    for position in chosen_positions:
         case, start = position.case, time.process_time()
+<<<<<<< HEAD
         lines = judge_case_variants(case, place_case(case))
         assert lines is not None
         own = lines.own.deviations[HERTZ]
         verdict, stated = judge_profile_variants(own, dict.fromkeys(own, 0.0), lines.find_shifts(HERTZ), case.criteria)
+=======
+        variants = judge_case_variants(case, place_case(case))
+        assert variants is not None
+        hertz_deviations = variants.own.deviations[HERTZ]
+        verdict, stated = judge_profile_variants(
+            hertz_deviations, dict.fromkeys(hertz_deviations, 0.0), variants.moves(HERTZ), case.criteria
+        )
+>>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
         covered = {
-            (filter_mm, name): abs(value - own[name]) <= stated[name]
+            (filter_mm, name): abs(value - hertz_deviations[name]) <= stated[name]
             for filter_mm, deviation in position.deviations.items()
             for name, value in deviation.items()
         }
+<<<<<<< HEAD
         answers, band = [*verdict.lines.values()], lines.find_shifts(HERTZ).band(lines.own.p_max_MPa)
+=======
+        answers, band = [*verdict.lines.values()], variants.moves(HERTZ).band(variants.own.p_max_MPa)
+>>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
         assert band is not None
         seconds = time.process_time() - start
-        found.append(Found(position, verdict.answer, answers.count("HOLDS"), len(answers), band, covered, seconds))
-    return found
+        results.append(
+            SurveyResult(position, verdict.answer, answers.count("HOLDS"), len(answers), band, covered, seconds)
+        )
+    return results
 
 
-def solved() -> list[Position]:
-    """The positions that finite elements solve: all pairs and shifts under one load."""
+def positions_by_elements() -> list[Position]:
+    """Positions for finite elements: all pairs and shifts under `SOLVED_kN`."""
     return [position for position in positions() if position.case.load_N == 1e3 * SOLVED_kN]
 
 
 def cases(quick: bool = False) -> list[Case]:
     """A third of the positions by finite elements."""
-    made = [position.case for position in solved()]
-    return [made[QUICK]] if quick else made
+    solved_cases = [position.case for position in positions_by_elements()]
+    return [solved_cases[QUICK]] if quick else solved_cases
 
 
-def _counted(found: list[Found]) -> Counter[str]:
-    return Counter(one.outcome for one in found)
+def _count_outcomes(results: list[SurveyResult]) -> Counter[str]:
+    return Counter(result.outcome for result in results)
 
 
 @cache
-def _survey(whole: bool) -> list[Found]:
-    """The survey of all positions, of every sixteenth for a study of one case."""
-    return survey(positions() if whole else positions()[::16])
+def _survey(all_positions: bool) -> list[SurveyResult]:
+    """Survey of all positions, or of every sixteenth for a study of a single case."""
+    return survey(positions() if all_positions else positions()[::16])
 
 
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """How many positions are decided as CONTACT has them, of those where its filters agree, and that none is wrong.
+    """Checks of the survey's verdicts, coverage and peaks against CONTACT.
 
-    Of all positions also in how many what is stated covers CONTACT's, and what finite elements add: the same answer on
-    the same lines, and a peak beside CONTACT's with a filter of 4 mm. The part of a few says nothing.
+    Where the filters of CONTACT agree, at least 95 % of the positions are decided like CONTACT and every decided
+    position agrees with it. More checks count in how many of all positions the stated uncertainty covers CONTACT's
+    deviation, and compare finite elements with the half-spaces on the same profile variants (verdict) and with CONTACT
+    with a filter of 4 mm (peak). A share of a few positions has no meaning, so that the checks of coverage and verdict
+    are made for more than one row only.
     """
-    found = _survey(len(rows) > 1)
-    count = _counted(found)
+    results = _survey(len(rows) > 1)
+    count = _count_outcomes(results)
     agreed = count["decided"] + count["open"] + count["wrong"]
-    of_agreed, of_all = f"{agreed} positions where filters agree", f"{len(found)} positions"
-    parts = [
+    of_agreed, of_all = f"{agreed} positions where filters agree", f"{len(results)} positions"
+    shares = [
         ("part that is decided", of_agreed, 1.0 - count["open"] / agreed, LEAST_DECIDED_PERCENT),
         ("part that is not wrong", of_agreed, 1.0 - count["wrong"] / agreed, 100.0),
     ]
-    for filter_mm, least in LEAST_COVERED_PERCENT.items() if len(rows) > 1 else ():
-        parts += [(f"{name} covered, {filter_mm} mm", of_all, part, least) for name, part in _covered(found, filter_mm)]
-        in_band = float(np.mean([one.in_band(filter_mm) for one in found]))
-        parts.append((f"peaks in the band, {filter_mm} mm", of_all, in_band, LEAST_IN_BAND_PERCENT))
+    for filter_mm, least_percent in LEAST_COVERED_PERCENT.items() if len(rows) > 1 else ():
+        shares += [
+            (f"{name} covered, {filter_mm} mm", of_all, share, least_percent)
+            for name, share in _covered_shares(results, filter_mm)
+        ]
+        in_band = float(np.mean([result.is_in_band(filter_mm) for result in results]))
+        shares.append((f"peaks in the band, {filter_mm} mm", of_all, in_band, LEAST_IN_BAND_PERCENT))
     if len(rows) > 1:
-        said = [one.answer for one in found if one.position.case.load_N == 1e3 * SOLVED_kN]
-        same = float(np.mean([row.get("verdict_answer") == one for row, one in zip(rows, said, strict=True)]))
-        parts.append(("finite elements say what half-spaces do", f"{len(rows)} positions", same, LEAST_DECIDED_PERCENT))
+        answers = [result.answer for result in results if result.position.case.load_N == 1e3 * SOLVED_kN]
+        same = float(np.mean([row.get("verdict_answer") == answer for row, answer in zip(rows, answers, strict=True)]))
+        shares.append(
+            ("finite elements say what half-spaces do", f"{len(rows)} positions", same, LEAST_DECIDED_PERCENT)
+        )
     return _peak_checks(rows) + [
         Check(
             quantity=quantity,
             case=case,
             reference="CONTACT 25",
             kind="other code",
-            value=part,
+            value=share,
             expected=1.0,
-            # parts are counted: what is asked for is enough
-            limit_percent=100.0 - least + 1e-9,
+            # shares are ratios of counts: a share equal to the limit passes
+            limit_percent=100.0 - least_percent + 1e-9,
         )
-        for quantity, case, part, least in parts
+        for quantity, case, share, least_percent in shares
     ]
 
 
 def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
-    """Peak pressures of finite elements against CONTACT's on lines that are smoothed alike."""
+    """Checks of finite-element peak pressures against CONTACT on equally smoothed profiles."""
     return [
         Check(
             quantity="peak pressure, MPa",
@@ -288,35 +328,40 @@ def _peak_checks(rows: list[dict[str, Any]]) -> list[Check]:
             value=row.get("fe_p_max_MPa", np.nan),
             expected=position.peaks_MPa[FILTER_OF_ELEMENTS_MM],
             limit_percent=PEAK_PERCENT,
-            # of the meshes: CONTACT's line is the same one
+            # uncertainty of the meshes only: CONTACT uses an equal profile
             uncertainty_percent=row.get("steps_uncertainty_half_space_to_bodies_p_max_percent"),
         )
-        for position, row in zip(solved() if len(rows) > 1 else [solved()[QUICK]], rows, strict=True)
+        for position, row in zip(
+            positions_by_elements() if len(rows) > 1 else [positions_by_elements()[QUICK]], rows, strict=True
+        )
     ]
 
 
-def _covered(found: list[Found], filter_mm: int) -> list[tuple[str, float]]:
-    """Of each measure in how many positions CONTACT's deviation is within what is stated."""
-    return [(short, float(np.mean([one.covered[filter_mm, name] for one in found]))) for short, name in COVERED.items()]
+def _covered_shares(results: list[SurveyResult], filter_mm: int) -> list[tuple[str, float]]:
+    """Share of positions with CONTACT's deviation within the stated uncertainty, by measure."""
+    return [
+        (short, float(np.mean([result.covered[filter_mm, name] for result in results])))
+        for short, name in COVERED.items()
+    ]
 
 
-def _told(found: list[Found]) -> list[str]:
-    """What is decided, what is covered, and how wide the band is beside CONTACT's two peaks."""
-    lines = [", ".join(f"{number} {outcome}" for outcome, number in sorted(_counted(found).items()))]
+def _describe_results(results: list[SurveyResult]) -> list[str]:
+    """Outcome counts, covered shares, and band width relative to CONTACT's two peaks."""
+    lines = [", ".join(f"{number} {outcome}" for outcome, number in sorted(_count_outcomes(results).items()))]
     for filter_mm in LEAST_COVERED_PERCENT:
-        parts = ", ".join(f"{name} {100.0 * part:.0f} %" for name, part in _covered(found, filter_mm))
-        in_band = 100.0 * float(np.mean([one.in_band(filter_mm) for one in found]))
-        lines.append(f"covered with {filter_mm} mm: {parts}; peaks in the band: {in_band:.0f} %")
-    wide = [np.ptp(one.peaks_MPa) / np.ptp([*one.position.peaks_MPa.values()]) for one in found]
+        shares = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in _covered_shares(results, filter_mm))
+        in_band = 100.0 * float(np.mean([result.is_in_band(filter_mm) for result in results]))
+        lines.append(f"covered with {filter_mm} mm: {shares}; peaks in the band: {in_band:.0f} %")
+    wide = [np.ptp(result.peaks_MPa) / np.ptp([*result.position.peaks_MPa.values()]) for result in results]
     return [*lines, f"width of the band over what CONTACT's peaks are apart: {np.median(wide):.2f} in the median"]
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:
-    """What is decided, what it costs, and what finite elements say."""
-    found = _survey(len(rows) > 1)
-    seconds = [one.seconds for one in found]
+    """Outcomes of the survey, its cost, and the verdicts of finite elements."""
+    results = _survey(len(rows) > 1)
+    seconds = [result.seconds for result in results]
     lines = [
-        *_told(found),
+        *_describe_results(results),
         f"CPU seconds a position: {np.median(seconds):.1f} in the median, {max(seconds):.1f} at most",
     ]
     for row in rows:
@@ -327,30 +372,35 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     return "\n".join(lines)
 
 
-def draw(found: list[Found], path: Path) -> Path:
-    """The part of the lines on which Hertz holds, and the peak over them beside CONTACT's with both filters."""
+def draw(results: list[SurveyResult], path: Path) -> Path:
+    """Draw the share of profile variants in which Hertz holds, and the peaks.
+
+    The peaks over the variants are next to CONTACT's peaks with both filters.
+    """
     figure = blank_figure(14.0, 8.0)
-    above, below = figure.subplots(2, 1, sharex=True)
-    places = np.arange(len(found))
+    share_axes, peak_axes = figure.subplots(2, 1, sharex=True)
+    places = np.arange(len(results))
     for k, says in enumerate(("HOLDS", "FAILS", "")):
-        own = [i for i in places if found[i].position.agreed == says]
-        parts = [100.0 * found[i].holds_on / found[i].lines for i in own]
+        indices = [i for i in places if results[i].position.agreed == says]
+        shares = [100.0 * results[i].holds_on / results[i].lines for i in indices]
         label = f"CONTACT: {says or 'its filters differ'}"
-        above.plot(own, parts, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=label)
-    middle = np.array([np.mean([*one.position.peaks_MPa.values()]) for one in found])
-    low, high = 100.0 * (np.array([one.peaks_MPa for one in found]).T / middle - 1.0)
-    below.vlines(places, low, high, color=SERIES_COLOURS[7], lw=6, alpha=0.5, label="over the lines")
+        share_axes.plot(indices, shares, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=label)
+    middle = np.array([np.mean([*result.position.peaks_MPa.values()]) for result in results])
+    low, high = 100.0 * (np.array([result.peaks_MPa for result in results]).T / middle - 1.0)
+    peak_axes.vlines(places, low, high, color=SERIES_COLOURS[7], lw=6, alpha=0.5, label="over the lines")
     for k, filter_mm in enumerate(LEAST_COVERED_PERCENT):
-        off = 100.0 * (np.array([one.position.peaks_MPa[filter_mm] for one in found]) / middle - 1.0)
-        below.plot(places, off, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=f"CONTACT, {filter_mm} mm")
-    pairs = [one.position.pair for one in found]
+        off = 100.0 * (np.array([result.position.peaks_MPa[filter_mm] for result in results]) / middle - 1.0)
+        peak_axes.plot(
+            places, off, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=f"CONTACT, {filter_mm} mm"
+        )
+    pairs = [result.position.pair for result in results]
     starts = [i for i in places if pairs[i] not in pairs[:i]]
-    below.set_xticks(starts, [" x ".join(pairs[i]) for i in starts], ha="left")
-    above.set(ylabel="lines on which Hertz holds in %")
-    below.set(ylabel="peak pressure beside the mean of CONTACT's two in %")
-    for ax in (above, below):
+    peak_axes.set_xticks(starts, [" x ".join(pairs[i]) for i in starts], ha="left")
+    share_axes.set(ylabel="lines on which Hertz holds in %")
+    peak_axes.set(ylabel="peak pressure beside the mean of CONTACT's two in %")
+    for ax in (share_axes, peak_axes):
         add_legend_beside(ax)
-    add_grid(above, below)
+    add_grid(share_axes, peak_axes)
     return save_figure(figure, path)
 
 
@@ -360,14 +410,20 @@ def main() -> None:
     if "--survey" not in sys.argv:
         run_script(__file__)
         return
-    found = []
+    results = []
     for position in positions():
-        found += (one := survey([position]))
-        case, said = position.case, f"{one[0].answer} ({one[0].holds_on} of {one[0].lines} lines hold)"
+        results += (new_results := survey([position]))
+        case, said = (
+            position.case,
+            f"{new_results[0].answer} ({new_results[0].holds_on} of {new_results[0].lines} lines hold)",
+        )
         at = f"{' x '.join(position.pair)}, {case.lateral_shift_mm:+g} mm, {case.load_N / 1e3:g} kN"
-        print(f"{at}: {'/'.join(position.verdicts)}: {said}: {one[0].outcome}, {one[0].seconds:.1f} s", flush=True)
-    print("\n".join(_told(found)))
-    print(draw(found, Path(__file__).parent / "figures" / "measured_pairs.png"))
+        print(
+            f"{at}: {'/'.join(position.verdicts)}: {said}: {new_results[0].outcome}, {new_results[0].seconds:.1f} s",
+            flush=True,
+        )
+    print("\n".join(_describe_results(results)))
+    print(draw(results, Path(__file__).parent / "figures" / "measured_pairs.png"))
 
 
 if __name__ == "__main__":

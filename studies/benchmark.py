@@ -1,4 +1,4 @@
-"""What does accuracy cost, and what does a further load, a further core and a larger mesh cost? Ratios in one run.
+"""Cost of accuracy, of a further load, of a further core and of a larger mesh.
 
 The elliptic test (wheel cylinder R 460, rail R 300, 100 kN, half model) at four meshes, each in a process of its own
 on one thread: degrees of freedom, CPU seconds from mesh to comparison, peak memory, errors against exact Hertz. Then
@@ -52,7 +52,7 @@ ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, re
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
 SIZES_MM = tuple((7.162 / n, 5.387 / n) for n in (5.25, 8.25, 12.25, 18.25))
 LARGE_MM = tuple((7.162 / n, 5.387 / n) for n in (30.25, 61.25))
-# The core of the patch, away from the edge where the pressure's slope is infinite: so much of the semi-axes.
+# Semi-axes of the core of the patch, as a fraction. At the edge of the patch the slope of the pressure is infinite.
 CORE = 0.8
 
 
@@ -62,7 +62,7 @@ def cases(quick: bool = False) -> list[Case]:
 
 
 def measure(case: Case) -> dict[str, Any]:
-    """Solve a case on its one mesh and take the time of each step."""
+    """Solve a case on a single mesh and time each step."""
     from fecontact.contact.grid import Rung
     from fecontact.judging.comparison import compare
     from fecontact.solving.fine_zone import make_fine_zone
@@ -75,16 +75,16 @@ def measure(case: Case) -> dict[str, Any]:
     position = expect_position(case)
     zone = make_fine_zone(position.expected, position.element_size_mm)
     bodies = couple_bodies(case, position.placement, zone, position.clock)
-    coupled = time.process_time()
+    coupling_end = time.process_time()
     problem = make_coupled_problem(position.true_gap, bodies)
     solution = problem.solve(case.load_N)
-    solved = time.process_time()
+    contact_end = time.process_time()
     hertz = compute_hertz(case, position.placement)
-    found = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
+    comparison = compare(Rung.of(bodies.grid, solution, approach_mm=solution.approach_mm), hertz)
     end = time.process_time()
     again = problem.solve(0.8 * case.load_N)
     further = time.process_time() - end
-    # pressures that have nothing in common: multigrid begins with what it has solved before
+    # independent random pressures: multigrid starts from its previous solutions
     pressures = np.random.default_rng(1).random((3, solution.pressure_MPa.size))
     start = time.process_time()
     for pressure in pressures:
@@ -98,16 +98,16 @@ def measure(case: Case) -> dict[str, Any]:
         "cpu_s": end - begin,
         "dof_per_cpu_s": dof / (end - begin),
         "peak_memory_MB": measure_peak_memory_MB(),
-        "p_max_error_percent": -100.0 * found.deviation["p_max_MPa"] / (1.0 + found.deviation["p_max_MPa"]),
-        "a_error_percent": -100.0 * found.deviation["a_mm"] / (1.0 + found.deviation["a_mm"]),
-        "b_error_percent": -100.0 * found.deviation["b_mm"] / (1.0 + found.deviation["b_mm"]),
-        "area_error_percent": -100.0 * found.deviation["area_mm2"] / (1.0 + found.deviation["area_mm2"]),
+        "p_max_error_percent": -100.0 * comparison.deviation["p_max_MPa"] / (1.0 + comparison.deviation["p_max_MPa"]),
+        "a_error_percent": -100.0 * comparison.deviation["a_mm"] / (1.0 + comparison.deviation["a_mm"]),
+        "b_error_percent": -100.0 * comparison.deviation["b_mm"] / (1.0 + comparison.deviation["b_mm"]),
+        "area_error_percent": -100.0 * comparison.deviation["area_mm2"] / (1.0 + comparison.deviation["area_mm2"]),
         "core_rms_percent": 100.0 * core_rms(bodies.grid, solution.pressure_MPa, hertz),
-        "l2_percent": 100.0 * found.pressure_l2,
+        "l2_percent": 100.0 * comparison.pressure_l2,
         "mesh_s": steps["mesh"],
         "assemble_s": steps["assemble"],
         "factorise_s": steps["factorise"],
-        "contact_s": solved - coupled,
+        "contact_s": contact_end - coupling_end,
         "compliance_calls": solution.compliance_calls + 1,
         "linear_solution_s": linear,
         "further_load_s": further,
@@ -116,7 +116,10 @@ def measure(case: Case) -> dict[str, Any]:
 
 
 def core_rms(grid: ContactGrid, pressure_MPa: np.ndarray, hertz: HertzContact) -> float:
-    """Root mean square of the pressure's error in the core of Hertz's ellipse, over Hertz's peak."""
+    """Root mean square pressure error in the core of Hertz's ellipse.
+
+    It is relative to Hertz's peak.
+    """
     x, s = np.meshgrid(grid.x_mm, grid.s_mm, indexing="ij")
     core = (x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2 < CORE**2
     error = pressure_MPa.reshape(grid.shape)[core] - hertz.pressure_MPa(x[core], s[core])
@@ -124,7 +127,10 @@ def core_rms(grid: ContactGrid, pressure_MPa: np.ndarray, hertz: HertzContact) -
 
 
 def assembly(case: Case) -> dict[str, float]:
-    """CPU seconds of the stiffness of one body by scalar forms, and by scikit-fem's vector form."""
+    """CPU seconds of a body's stiffness by scalar forms and by vector form.
+
+    The vector form is scikit-fem's.
+    """
     from skfem import Basis, ElementHex1, ElementVector
     from skfem.models.elasticity import lame_parameters, linear_elasticity
 
@@ -132,7 +138,7 @@ def assembly(case: Case) -> dict[str, float]:
     from fecontact.fe.stiffness import _skfem_mesh, assemble_stiffness
     from fecontact.solving.case_meshes import mesh_case
 
-    # all layers have unknowns: the vector form knows no others
+    # all layers have unknowns: the vector form has no layers without unknowns
     mesh = replace(mesh_case(case, "rail"), spacing=None)
     start = time.process_time()
     ours = assemble_stiffness(mesh, STEEL)
@@ -145,7 +151,10 @@ def assembly(case: Case) -> dict[str, float]:
 
 
 def files(case: Case) -> dict[str, float]:
-    """CPU seconds of a solution, of all files of a case, and of its picture alone, once what they need is loaded."""
+    """CPU seconds of a solution, its files, and its picture.
+
+    Everything that they import is loaded before.
+    """
     from fecontact.outputs.figures.case import write_case_figure
     from fecontact.runs.store import CaseRecords, write_case_records, write_solution
     from fecontact.solving.solve import CaseResult, solve
@@ -156,31 +165,37 @@ def files(case: Case) -> dict[str, float]:
 
     start = time.process_time()
     result = solve(case)
-    solved = time.process_time()
+    solve_end = time.process_time()
     with TemporaryDirectory() as folder:
         keep_case(result, Path(folder))
-        loaded = time.process_time()
+        files_start = time.process_time()
         keep_case(result, Path(folder))
-        kept = time.process_time()
+        files_end = time.process_time()
         write_case_figure(result, Path(folder) / "case.png")
-        drawn = time.process_time()
-    return {"solve_s": solved - start, "files_s": kept - loaded, "picture_s": drawn - kept}
+        picture_end = time.process_time()
+    return {"solve_s": solve_end - start, "files_s": files_end - files_start, "picture_s": picture_end - files_end}
 
 
 def study_share(out: Path) -> float:
-    """Part of all CPU seconds of the nine-position study that its own process takes, and none of its two workers."""
+    """Main-process share of the CPU seconds of the nine-position study.
+
+    The rest is taken by its two workers.
+    """
     from fecontact.runs.study import run
 
     run(Path(__file__).parent / "first_light.py", out / "share", quick=True, workers=2, force=True)
     spent = os.times()
-    own = spent.user + spent.system
-    return own / (own + spent.children_user + spent.children_system)
+    process_seconds = spent.user + spent.system
+    return process_seconds / (process_seconds + spent.children_user + spent.children_system)
 
 
-def alone(function: Any, given: Case | Path) -> Any:
-    """Call a function in a process of its own, on one thread: its peak memory and its CPU seconds are its own."""
+def call_in_process(function: Any, argument: Case | Path) -> Any:
+    """Call a function in a separate single-threaded process.
+
+    Peak memory and CPU seconds are then those of the function alone.
+    """
     with set_thread_environment(1), ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
-        return pool.submit(function, given).result()
+        return pool.submit(function, argument).result()
 
 
 def study_seconds(workers: int, out: Path, quick: bool) -> float:
@@ -192,9 +207,9 @@ def study_seconds(workers: int, out: Path, quick: bool) -> float:
     return time.perf_counter() - start
 
 
-# What the times are compared with: the state before lines became polynomials in arrays.
+# Commit for the comparison of times: the last state before profiles became polynomials in arrays.
 BEFORE = "5231ed3"
-# In one process, once everything is loaded; CPU seconds each. Run with the code of either commit.
+# CPU seconds in a single process, after all imports. It runs with the code of both commits.
 GEOMETRY = """
 import json, sys, time
 from dataclasses import replace
@@ -202,11 +217,11 @@ from fecontact.case import Case
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
 try:
-    from fecontact.solving.alone import theory_alone
-    from fecontact.solving.position import hertz_alone
+    from fecontact.solving.alone import evaluate_theory
+    from fecontact.solving.hertz_alone import evaluate_hertz
 except ImportError:
-    from fecontact.alone.position import theory_alone
-    from fecontact.solving.hertz_alone import hertz_alone
+    from fecontact.alone.position import theory_alone as evaluate_theory
+    from fecontact.solving.hertz_alone import hertz_alone as evaluate_hertz
 exact, measured = Case(), Case(rail=sys.argv[1], wheel=sys.argv[2])
 def seconds(function, *values):
     start = time.process_time()
@@ -222,18 +237,18 @@ told = {
     "place": seconds(place_case, *at(exact, -3.0, -1.0, 1.0, 2.5, 4.0)),
     "place, measured pair": seconds(place_case, *at(measured, -3.0, -1.0, 1.0, 2.5, 4.0)),
     "read and smooth a pair": reading,
-    "Hertz, measured pair, the first": seconds(hertz_alone, *at(measured, 3.0)),
-    "Hertz, measured pair": seconds(hertz_alone, *at(measured, -1.0, 2.5)),
+    "Hertz, measured pair, the first": seconds(evaluate_hertz, *at(measured, 3.0)),
+    "Hertz, measured pair": seconds(evaluate_hertz, *at(measured, -1.0, 2.5)),
 }
 for name, words in ("strip", "strips at a position"), ("half_space", "half-space at a position"):
-    theory_alone(replace(exact, lateral_shift_mm=0.5), name)
-    told[words] = seconds(lambda case: theory_alone(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
+    evaluate_theory(replace(exact, lateral_shift_mm=0.5), name)
+    told[words] = seconds(lambda case: evaluate_theory(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
 print(json.dumps(told))
 """
 # Four loads as a study: at an ordinary position, and at one with two patches.
 SHIFTS_MM = (3.0, 5.0)
-# Each as a process of its own: an ordinary position and its files, two patches, the root of the flange, finer meshes,
-# what the elements say alone, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
+# Each command in a separate process: an ordinary position and its files, two patches, the root of the flange, finer
+# meshes, the elements' contact, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
 MAP = "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}"
 COMMANDS = (
     "solve --shift 3",
@@ -247,82 +262,101 @@ COMMANDS = (
     "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
     MAP,
 )
-# How the earlier commit was asked for what has another name now.
+# Options of the earlier commit that have a different name now.
 OLD_WORDS = {"--refine evidence": "--evidence"}
 FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
-def beside(quick: bool) -> str:
-    """CPU seconds of the commit before and of this code, of the same things, and their ratio; on one thread."""
-    here, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
+def compare_with_commit(quick: bool) -> str:
+    """Table of CPU seconds of the earlier commit and of the present code.
+
+    Both do equal work on one thread; the last column is their ratio.
+    """
+    repository, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
     with before as folder:
         tree, pair = Path(folder) / "before", Path(folder) / "pair"
-        git = ["git", "-C", str(here), "worktree"]
+        git = ["git", "-C", str(repository), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(tree), BEFORE], check=True)
         try:
             subprocess.run(
-                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=here
+                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=repository
             )
             files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
-            # one after the other, twice, so that both have the same machine; the least of each
-            runs = [(_geometry(tree, files), _geometry(here, files)) for _ in range(2)]
+            # alternately, twice, so that the load of the machine is equal for both; the minimum of each counts
+            runs = [(_geometry(tree, files), _geometry(repository, files)) for _ in range(2)]
             rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
             commands = () if quick else COMMANDS
-            for root in (tree, here) if commands else ():
+            for root in (tree, repository) if commands else ():
                 # compiles what the commands import
-                _child(root, COMMANDS[1])
-            whole = {command: (_child(tree, _old(command)), _child(here, command)) for command in commands}
+                _run_command(root, COMMANDS[1])
+            command_costs = {
+                command: (_run_command(tree, _old_command(command)), _run_command(repository, command))
+                for command in commands
+            }
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
     lines = [f"{'CPU ms':56} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
     lines += [f"{name:56} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
     lines.append(f"{'CPU s (GB)':56} {BEFORE:>9} {'now':>16} {'ratio':>13}")
-    for command, ((cpu, memory), (cpu_now, memory_now)) in whole.items():
-        told = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
-        lines.append(f"{command:49} {told} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
+    for command, ((cpu, memory), (cpu_now, memory_now)) in command_costs.items():
+        figures = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
+        lines.append(f"{command:49} {figures} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
     return "\n".join(lines)
 
 
-def _of_commit(root: Path) -> dict[str, str]:
-    """Its own source on one thread, compiled once, as on a machine where it was used before."""
-    own = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return {**own, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+def _commit_environment(root: Path) -> dict[str, str]:
+    """Environment variables for the source of a commit, with a single thread.
+
+    Python may write compiled files, so that imports are compiled once, as on a machine where the source was used
+    before.
+    """
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**environment, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
 
 
 def _geometry(root: Path, files: list[str]) -> dict[str, float]:
     command = [sys.executable, "-c", GEOMETRY, *files]
-    made = subprocess.run(command, check=True, cwd=root, env=_of_commit(root), stdout=subprocess.PIPE, text=True)
-    return dict(json.loads(made.stdout))
+    process = subprocess.run(
+        command, check=True, cwd=root, env=_commit_environment(root), stdout=subprocess.PIPE, text=True
+    )
+    return dict(json.loads(process.stdout))
 
 
-def _old(command: str) -> str:
+def _old_command(command: str) -> str:
     for now, then in OLD_WORDS.items():
         command = command.replace(now, then)
     return command
 
 
-def _child(root: Path, command: str) -> tuple[float, float]:
-    """CPU seconds and peak memory (GB) of a command in a process of its own; 3 is the exit code of an open verdict.
+def _run_command(root: Path, command: str) -> tuple[float, float]:
+    """CPU seconds and peak memory (GB) of a command in a separate process.
 
-    A study and a map take one worker; what its process takes is told with that of the command.
+    3 is the exit code of an open verdict. A study and a map use a single worker, and its CPU seconds and
+    memory are included.
     """
     with TemporaryDirectory() as out:
         for shift in SHIFTS_MM:
             (Path(out) / f"{shift}mm.toml").write_text(FOUR_LOADS.format(shift), encoding="utf-8")
         words = command.format(out=Path(out) / "made", loads=out).split()
-        given = [sys.executable, "-m", "fecontact", *words, *(["--workers", "1"] if words[0] in ("run", "map") else [])]
-        process = subprocess.Popen(given, cwd=root, env=_of_commit(root), stdout=subprocess.DEVNULL)
-        _, status, used = os.wait4(process.pid, 0)
+        arguments = [
+            sys.executable,
+            "-m",
+            "fecontact",
+            *words,
+            *(["--workers", "1"] if words[0] in ("run", "map") else []),
+        ]
+        process = subprocess.Popen(arguments, cwd=root, env=_commit_environment(root), stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
         assert os.waitstatus_to_exitcode(status) in (0, 3), command
-        return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024.0**2
+        return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0**2
 
 
-# --- What cores wait for: a map's positions differ, and its tables and report are made by one process.
+# --- Idle time of cores: the positions of a map take different times, and one process makes its tables and report.
 
 
 @dataclass(frozen=True, kw_only=True)
-class MadeMap:
-    """A map as it was made: wall seconds of all, of each position, and before and after the positions."""
+class MapTiming:
+    """Wall seconds of a map, its positions, and the work before and after them."""
 
     seconds: float
     positions: tuple[float, ...]
@@ -330,8 +364,11 @@ class MadeMap:
     after: float
 
 
-def made_map(workers: int, out: Path) -> MadeMap:
-    """Make the map; the seconds of its positions are known for one worker, which ends one before it begins another."""
+def make_map(workers: int, out: Path) -> MapTiming:
+    """Make the map and time it.
+
+    The seconds of positions are valid for one worker, which ends one position before it begins the next.
+    """
     command = [*MAP.format(out=out).split(), "--workers", str(workers), "--quiet", "--force"]
     start = time.time()
     subprocess.run([sys.executable, "-m", "fecontact", *command], check=True)
@@ -340,7 +377,7 @@ def made_map(workers: int, out: Path) -> MadeMap:
     finished = sorted(path.stat().st_ctime for path in (out / "positions").iterdir() if path.is_dir())
     log = (out / "run.log").read_text("utf-8").splitlines()
     begun = datetime.strptime(next(line for line in log if "0 of" in line)[:23], "%Y-%m-%d %H:%M:%S,%f").timestamp()
-    return MadeMap(
+    return MapTiming(
         seconds=end - start,
         positions=tuple(last - first for first, last in pairwise((begun, *finished))),
         before=begun - start,
@@ -349,28 +386,29 @@ def made_map(workers: int, out: Path) -> MadeMap:
 
 
 def makespan(seconds: Iterable[float], workers: int) -> float:
-    """Wall seconds of jobs that are handed out in their order to workers as these get free."""
+    """Wall seconds of jobs that are given in order to free workers."""
     free = [0.0] * workers
-    for one in seconds:
-        heapq.heapreplace(free, free[0] + one)
+    for duration in seconds:
+        heapq.heapreplace(free, free[0] + duration)
     return max(free)
 
 
 def cores(out: Path) -> str:
-    """The map with one worker and with two, what of the time they work, and the same of 64 by a model."""
-    one, two = (made_map(workers, out / f"map-{workers}") for workers in (1, 2))
-    work = sum(one.positions)
+    """Table of the map's wall seconds with 1 and 2 workers, and modelled with 64."""
+    by_one, by_two = (make_map(workers, out / f"map-{workers}") for workers in (1, 2))
+    work = sum(by_one.positions)
     lines = [
-        f"a map of {len(one.positions)} positions: {one.seconds:.0f} s with one worker, {two.seconds:.0f} s with two",
-        f"positions take {min(one.positions):.1f} to {max(one.positions):.1f} s, {work:.0f} s in all;"
-        f" before them {one.before:.1f} s, after them {one.after:.1f} s (two workers: {two.after:.1f} s)",
+        f"a map of {len(by_one.positions)} positions: {by_one.seconds:.0f} s with one worker,"
+        f" {by_two.seconds:.0f} s with two",
+        f"positions take {min(by_one.positions):.1f} to {max(by_one.positions):.1f} s, {work:.0f} s in all;"
+        f" before them {by_one.before:.1f} s, after them {by_one.after:.1f} s (two workers: {by_two.after:.1f} s)",
     ]
-    longest_first = sorted(one.positions, reverse=True)
+    longest_first = sorted(by_one.positions, reverse=True)
     for workers in (2, 64):
         jobs = makespan(longest_first, workers)
-        whole = one.before + jobs + one.after
+        total = by_one.before + jobs + by_one.after
         lines.append(
-            f"by a model {workers} workers need {whole:.0f} s, of which the positions take {jobs:.0f} s"
+            f"by a model {workers} workers need {total:.0f} s, of which the positions take {jobs:.0f} s"
             f" ({work / workers / jobs:.0%} of the workers' time is work then)"
         )
     return "\n".join(lines)
@@ -399,7 +437,7 @@ def report(rows: list[dict[str, Any]], multigrid: list[dict[str, Any]], forms: d
     share = {step: last[f"{step}_s"] / last["cpu_s"] for step in ("mesh", "assemble", "factorise", "contact")}
     lines += [
         f"contact / (assembling and factorising): {share['contact'] / (share['assemble'] + share['factorise']):.2f}",
-        f"parts of the whole: {', '.join(f'{step} {part:.0%}' for step, part in share.items())}",
+        f"parts of the whole: {', '.join(f'{step} {fraction:.0%}' for step, fraction in share.items())}",
         f"contact / one linear solution of both bodies: {last['contact_s'] / last['linear_solution_s']:.1f}",
         f"a further load / the first: {last['further_load_s'] / last['cpu_s']:.3f}"
         f" ({last['further_load_calls']} calls)",
@@ -453,33 +491,37 @@ def main() -> None:
     parser.add_argument("--million", action="store_true", help="up to a million unknowns by multigrid too")
     parser.add_argument("--cores", action="store_true", help="the map of 13 by 7 cells by 1 and 2 workers, and no more")
     parser.add_argument("--before", action="store_true", help=f"compare with commit {BEFORE}, and do nothing else")
-    given = parser.parse_args()
-    if given.before:
-        print(beside(given.quick))
+    options = parser.parse_args()
+    if options.before:
+        print(compare_with_commit(options.quick))
         return
-    given.out.mkdir(parents=True, exist_ok=True)
-    if given.cores:
-        print(cores(given.out))
+    options.out.mkdir(parents=True, exist_ok=True)
+    if options.cores:
+        print(cores(options.out))
         return
-    chosen = cases(given.quick)
-    rows = [alone(measure, case) for case in chosen]
-    large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if given.million else []
-    multigrid = [alone(measure, replace(case, solver="amg")) for case in (*chosen, *large)]
-    text = report(rows, multigrid, alone(assembly, chosen[0]))
-    kept = alone(files, Case(lateral_shift_mm=3.0))
-    text += f"\nfiles of a case / its solution: {kept['files_s'] / kept['solve_s']:.2f}"
-    text += f", its picture alone {kept['picture_s'] / kept['solve_s']:.2f}"
-    if given.study:
-        one, two = (study_seconds(workers, given.out, given.quick) for workers in (1, 2))
-        text += f"\nnine positions: {one:.0f} s with 1 process, {two:.0f} s with 2: {one / two:.2f} times faster"
+    chosen = cases(options.quick)
+    rows = [call_in_process(measure, case) for case in chosen]
+    large = [replace(ELLIPTIC, resolution=size) for size in LARGE_MM] if options.million else []
+    multigrid = [call_in_process(measure, replace(case, solver="amg")) for case in (*chosen, *large)]
+    text = report(rows, multigrid, call_in_process(assembly, chosen[0]))
+    file_seconds = call_in_process(files, Case(lateral_shift_mm=3.0))
+    text += f"\nfiles of a case / its solution: {file_seconds['files_s'] / file_seconds['solve_s']:.2f}"
+    text += f", its picture alone {file_seconds['picture_s'] / file_seconds['solve_s']:.2f}"
+    if options.study:
+        seconds_by_one, seconds_by_two = (study_seconds(workers, options.out, options.quick) for workers in (1, 2))
         text += (
-            f"\nnine positions in small: {alone(study_share, given.out):.0%} of the CPU seconds in their own process"
+            f"\nnine positions: {seconds_by_one:.0f} s with 1 process, {seconds_by_two:.0f} s with 2:"
+            f" {seconds_by_one / seconds_by_two:.2f} times faster"
         )
-    with (given.out / "benchmark.csv").open("w", newline="") as file:
+        text += (
+            f"\nnine positions in small: {call_in_process(study_share, options.out):.0%} of the CPU seconds"
+            " in their own process"
+        )
+    with (options.out / "benchmark.csv").open("w", newline="") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows([*rows, *multigrid])
-    figure(rows, multigrid, given.out / "benchmark.png")
+    figure(rows, multigrid, options.out / "benchmark.png")
     print(text)
 
 

@@ -1,4 +1,4 @@
-"""What a call of each creep theory costs, and how far from the exact theory it is.
+"""CPU time and deviation of each creep theory.
 
 One ellipse (a 5.8 mm, b 8.5 mm, 100 kN, friction 0.3) at a longitudinal creepage, a lateral one and spin together: CPU
 time a call, the best of several rounds, on one thread. FASTSIM on 20 x 20 cells is what vehicle codes call thousands of
@@ -42,17 +42,17 @@ def seconds(call: Callable[[], object]) -> float:
     return best
 
 
-def on_half_space(motion: Creepages, cells: int):
-    """Rolling half-space of so many cells along and across."""
-    made = discretise_ellipse(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
-    return solve_steady_rolling(made, motion, CONTACT).force
+def solve_half_space(motion: Creepages, cells: int):
+    """Force of the rolling half-space with `cells` cells along and across."""
+    contact = discretise_ellipse(CONTACT.a_mm, CONTACT.b_mm, CONTACT.normal_force_N, cells)
+    return solve_steady_rolling(contact, motion, CONTACT).force
 
 
 def main() -> None:
     patch = make_ellipse_patch(CONTACT)
     print("theory                       ms a call   off the exact force, % of mu N")
     for motion, words in ((WITHOUT_SPIN, "without spin"), (MOTION, "with spin")):
-        exact = on_half_space(motion, CELLS[-1])
+        exact = solve_half_space(motion, CELLS[-1])
         calls: dict[str, Callable[[], object]] = {
             theory: partial(calculate_creep_force, theory, patch, motion)
             for theory in CREEP_THEORIES
@@ -61,7 +61,7 @@ def main() -> None:
         for n in (10, 20, 50):
             calls[f"fastsim, ellipse, {n} x {n}"] = partial(fastsim, CONTACT, motion, cells=(n, n))
         for n in CELLS:
-            calls[f"rolling half-space, {n}"] = partial(on_half_space, motion, n)
+            calls[f"rolling half-space, {n}"] = partial(solve_half_space, motion, n)
         print(words)
         for name, call in calls.items():
             try:

@@ -1,4 +1,4 @@
-"""What a large fleet costs: screening it from measured files to its tables, and its report.
+"""Cost of a large fleet: screening from measured files to tables, and the report.
 
 Worn and noisy copies of profiles of the library, written with a seed (`fecontact fleet examples`), every wheel on every
 rail at ten positions. The report is timed on as many rows as asked for: the screened ones, again and again under other
@@ -20,36 +20,42 @@ import pyarrow.parquet as parquet
 from pyarrow import Table, array, concat_tables
 
 
-def measured(words: str, *command: str) -> None:
-    """Run a command, and print its seconds, its CPU seconds and the largest memory of all commands so far."""
+def run_timed(words: str, *command: str) -> None:
+    """Run a command, and print its seconds, CPU seconds and peak memory.
+
+    The memory is the largest of all commands until then.
+    """
     begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     subprocess.run([sys.executable, "-m", "fecontact", "fleet", *command], check=True, stdout=subprocess.DEVNULL)
-    taken, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
+    elapsed, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    print(f"{words}: {taken:.0f} s, {cpu:.0f} CPU s, at most {after.ru_maxrss / 1024.0:.0f} MB a process", flush=True)
+    print(f"{words}: {elapsed:.0f} s, {cpu:.0f} CPU s, at most {after.ru_maxrss / 1024.0:.0f} MB a process", flush=True)
 
 
-def repeated(screened: Path, out: Path, rows: int) -> int:
-    """A folder with the tables of a screened fleet as often as it takes for so many rows; how many it has."""
+def repeat_tables(screened: Path, out: Path, rows: int) -> int:
+    """Write a folder with a screened fleet's tables repeated; return its number of rows.
+
+    The tables are repeated until the folder has at least `rows` rows.
+    """
     (out / "screen").mkdir(parents=True, exist_ok=True)
     for name in ("fleet.json", "fleet.toml"):
         (out / name).write_bytes((screened / name).read_bytes())
-    parts = [parquet.ParquetFile(path).read() for path in sorted((screened / "screen").iterdir())]
-    times = -(-rows // sum(part.num_rows for part in parts))
+    tables = [parquet.ParquetFile(path).read() for path in sorted((screened / "screen").iterdir())]
+    times = -(-rows // sum(table.num_rows for table in tables))
     profiles = parquet.ParquetFile(screened / "profiles.parquet").read()
     copies = list(_wheels(profiles, times))
     parquet.write_table(concat_tables(copies), out / "profiles.parquet")
     for copy in range(times):
-        for number, part in enumerate(parts):
-            names = array([f"{name}, {copy}" for name in part["wheel"].to_pylist()])
-            weights = array([weight / times for weight in part["weight"].to_pylist()])
-            own = part.set_column(0, "wheel", names).set_column(2, "weight", weights)
-            parquet.write_table(own, out / "screen" / f"part-{copy:03d}{number:03d}.parquet")
-    return times * sum(part.num_rows for part in parts)
+        for number, table in enumerate(tables):
+            names = array([f"{name}, {copy}" for name in table["wheel"].to_pylist()])
+            weights = array([weight / times for weight in table["weight"].to_pylist()])
+            renamed_table = table.set_column(0, "wheel", names).set_column(2, "weight", weights)
+            parquet.write_table(renamed_table, out / "screen" / f"part-{copy:03d}{number:03d}.parquet")
+    return times * sum(table.num_rows for table in tables)
 
 
 def _wheels(profiles: Table, times: int) -> Iterator[Table]:
-    """The rails, and the wheels under as many names."""
+    """The rails, then the wheels under `times` names."""
     bodies, place = profiles["body"].to_pylist(), profiles.column_names.index("name")
     yield profiles.filter(array([body == "rail" for body in bodies]))
     wheels = profiles.filter(array([body == "wheel" for body in bodies]))
@@ -64,15 +70,15 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--report-rows", type=int, default=0)
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_fleet"))
-    given = parser.parse_args()
-    files, screened, many = (str(given.out / name) for name in ("files", "screened", "many"))
-    measured("files", "examples", files, "--wheels", str(given.wheels), "--rails", str(given.rails))
-    measured("screen", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(given.workers))
-    measured("nothing to do", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(given.workers))
-    measured("report", "report", screened)
-    if given.report_rows:
-        rows = repeated(Path(screened), Path(many), given.report_rows)
-        measured(f"report of {rows} rows", "report", many)
+    options = parser.parse_args()
+    files, screened, many = (str(options.out / name) for name in ("files", "screened", "many"))
+    run_timed("files", "examples", files, "--wheels", str(options.wheels), "--rails", str(options.rails))
+    run_timed("screen", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(options.workers))
+    run_timed("nothing to do", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(options.workers))
+    run_timed("report", "report", screened)
+    if options.report_rows:
+        rows = repeat_tables(Path(screened), Path(many), options.report_rows)
+        run_timed(f"report of {rows} rows", "report", many)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""What thousands of stored cases cost: going on with a finished study, and judging it by other criteria.
+"""Cost of thousands of stored cases: resuming a finished study, and judging it again.
 
-One case is solved in earnest; all others are its files under other names, so that their sizes are those of real
-results but for the meshes, which nothing here reads beside their checksums. Measured in processes of their own: the
-run that finds nothing to do, tables included, and `fecontact judge`.
+It is judged by other criteria. One case is solved in earnest; all others are its files under other names, so that their
+sizes are those of real results but for the meshes, which nothing here reads beside their checksums. Measured in
+processes of their own: the run that finds nothing to do, tables included, and `fecontact judge`.
 
     python studies/benchmark_store.py --cases 5000
 """
@@ -22,7 +22,7 @@ from typing import Any
 import fecontact.runs.study as study_runs
 from fecontact.case import Case
 from fecontact.jobs import engine
-from fecontact.jobs.workers import Crew
+from fecontact.jobs.workers import Crew, WorkResult
 from fecontact.outputs.records.results import read_row, write_row
 from fecontact.runs.casefile import Study
 from fecontact.runs.store import (
@@ -41,20 +41,24 @@ TEMPLATE = Case(roll="given", resolution="quick", refine="never")
 
 
 def study(count: int) -> Study:
-    """So many cases that differ in their loads by 10 N."""
+    """A study of `count` cases with loads in steps of 10 N."""
     return Study(name="stored", cases=tuple(replace(TEMPLATE, load_N=50e3 + 10.0 * k) for k in range(count)))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Copy:
-    """Stands for solving a case: the template's files with the case's own name and load in them."""
+    """Replacement for solving a case, which copies the files of the template.
+
+    The name and the load of the case are written into the copies.
+    """
 
     case: Case
     name: str
     template: Path
     settings: Mapping[str, Any]
+    loads: Any = None
 
-    def __call__(self, folder: Path, finished: Path | None) -> bool:
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         for file in (FIELDS_FILE, RECORD_FILE):
             shutil.copyfile(self.template / file, folder / file)
         record = json.loads((self.template / SOLUTION_FILE).read_text("utf-8"))
@@ -62,17 +66,17 @@ class Copy:
         (folder / SOLUTION_FILE).write_text(json.dumps(record), "utf-8")
         row = read_row(self.template / ROW_FILE)
         write_row(folder / ROW_FILE, row | {"id": self.name, "load_kN": self.case.load_N / 1e3})
-        return False
+        return WorkResult()
 
 
 def fill(out: Path, count: int) -> None:
-    """Store all cases that are not there."""
+    """Store all missing cases."""
     template = out / "template"
     if not (template / ROW_FILE).is_file():
         result = solve(TEMPLATE)
-        told = CaseRecords.of(result)
+        records = CaseRecords.of(result)
         write_solution(result, result.case, template)
-        write_case_records(result, told, template)
+        write_case_records(result, records, template, svg=True)
         seal_case(result.case, template)
 
     study_runs.CaseWork = partial(Copy, template=template)
@@ -88,30 +92,30 @@ import benchmark_store
 if __name__ == "__main__":
     benchmark_store.fill(Path({out!r}), {count})
 """
-# The figures of a study are drawn by no resume alone: they take as long for any number of cases.
+# Figures are left out: their time does not depend on the number of cases.
 _RESUME = """
 import sys, time
 from pathlib import Path
 sys.path.insert(0, {studies!r})
 import benchmark_store, fecontact.runs.study as runs
-from fecontact.solving.solve import peak_memory_MB
-runs.study_figures = lambda rows, out, rail: ()
+from fecontact.solving.solve import measure_peak_memory_MB
+runs.study_figures = lambda *inputs: ()
 begin = time.perf_counter()
 outcome = runs.run_study(benchmark_store.study({count}), Path({out!r}))
 assert len(outcome.reused) == {count}, outcome.recomputed
-print(f"nothing to do: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+print(f"nothing to do: {{time.perf_counter() - begin:.1f}} s, {{measure_peak_memory_MB():.0f}} MB")
 """
 _JUDGE = """
 import time
 from pathlib import Path
 from fecontact.case import Criteria
 from fecontact.runs.judged_study import judge_study
-from fecontact.solving.solve import peak_memory_MB
+from fecontact.solving.solve import measure_peak_memory_MB
 if __name__ == "__main__":
     begin = time.perf_counter()
     judged = judge_study(Path({out!r}), Criteria(p_max=0.03))
     assert len(judged.rows) == {count} and judged.all_judged, judged.rows[0]["status"]
-    print(f"judged again: {{time.perf_counter() - begin:.1f}} s, {{peak_memory_MB():.0f}} MB")
+    print(f"judged again: {{time.perf_counter() - begin:.1f}} s, {{measure_peak_memory_MB():.0f}} MB")
 """
 
 
@@ -119,12 +123,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cases", type=int, default=5000)
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_store"))
-    given = parser.parse_args()
-    # each in a process of its own, whose peak of memory is its own
+    options = parser.parse_args()
+    # separate processes: the peak memory of each is measured alone
     for code in (_FILL, _RESUME, _JUDGE):
-        script = given.out / "measured.py"
+        script = options.out / "measured.py"
         script.parent.mkdir(parents=True, exist_ok=True)
-        script.write_text(code.format(studies=str(Path(__file__).parent), count=given.cases, out=str(given.out)))
+        script.write_text(code.format(studies=str(Path(__file__).parent), count=options.cases, out=str(options.out)))
         subprocess.run([sys.executable, str(script)], check=True)
 
 

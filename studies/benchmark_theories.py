@@ -1,4 +1,4 @@
-"""What a call of each theory of the normal contact costs, beside the half-space's.
+"""Cost of a call of each theory of the normal contact, compared with the half-space.
 
 S1002 on 60E1 1:40 at 0.25 mm (two lobes grown together) under 100 kN, gap line in steps of 0.02 mm, which is made
 before. CPU time a call under a given force and at a given approach, the best of several rounds, on one thread. The
@@ -39,12 +39,12 @@ def milliseconds(call: Callable[[], object]) -> float:
     return 1e3 * best
 
 
-def from_step_before(line: GapLine, force: float, strips: int) -> Callable[[], object]:
-    """The strips, from their contact under 95 % of the force."""
-    flat, search = 1.0 + 0.0 * line.f_mm, StripSearch(strips=strips)
-    of_line = StripGap(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=flat)
-    before = solve_strips(of_line, StripLoad(force=0.95 * force), search)
-    return partial(solve_strips, of_line, StripLoad(force=force), search, start=before)
+def prepare_warm_strips(line: GapLine, force: float, strips: int) -> Callable[[], object]:
+    """The strip method, started from the contact under 95 % of the force."""
+    closing, search = 1.0 + 0.0 * line.f_mm, StripSearch(strips=strips)
+    gap = StripGap(t=line.surface_mm, f=line.f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=closing)
+    before = solve_strips(gap, StripLoad(force=0.95 * force), search)
+    return partial(solve_strips, gap, StripLoad(force=force), search, start=before)
 
 
 def main() -> None:
@@ -68,21 +68,21 @@ def main() -> None:
     off = 100.0 * (hertz().p0_MPa / patch.p_max_MPa - 1.0)
     print(f"{'hertz':24} {milliseconds(hertz):16.3f} {'':19} {off:+12.1f}")
     for name, (under_force, at_approach) in theories.items():
-        found = under_force(line, force)
+        contact = under_force(line, force)
         by_force, by_approach = (
             milliseconds(partial(under_force, line, force)),
             milliseconds(partial(at_approach, line, approach)),
         )
-        off = 100.0 * (found.p_max_MPa / patch.p_max_MPa - 1.0)
-        print(f"{name:24} {by_force:16.3f} {by_approach:19.3f} {off:+12.1f}  {found.status}")
+        off = 100.0 * (contact.p_max_MPa / patch.p_max_MPa - 1.0)
+        print(f"{name:24} {by_force:16.3f} {by_approach:19.3f} {off:+12.1f}  {contact.status}")
     for strips in (50, 100):
-        warm = milliseconds(from_step_before(line, force, strips))
+        warm = milliseconds(prepare_warm_strips(line, force, strips))
         print(f"{f'strip, {strips}, step before':24} {warm:16.3f}")
     grid: ContactGrid = rung.grid
-    alone = milliseconds(partial(expected.true_gap.solve, grid, CASE.load_N))
-    print(f"{f'half_space, {grid.shape[0]} x {grid.shape[1]}':24} {alone:16.3f}")
-    whole = milliseconds(partial(expect_on_half_space, CASE, placement))
-    print(f"{'half_space with its grid':24} {whole:16.3f}")
+    solution_ms = milliseconds(partial(expected.true_gap.solve, grid, CASE.load_N))
+    print(f"{f'half_space, {grid.shape[0]} x {grid.shape[1]}':24} {solution_ms:16.3f}")
+    total = milliseconds(partial(expect_on_half_space, CASE, placement))
+    print(f"{'half_space with its grid':24} {total:16.3f}")
 
 
 if __name__ == "__main__":

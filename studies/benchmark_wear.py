@@ -1,4 +1,4 @@
-"""How often what is said of worn heads is right: heads of the library with wear that is known, and noise that is drawn.
+"""Reliability of verdicts on worn heads: library profiles with exact wear and drawn noise.
 
 Ten heads, each with a smooth depth taken off in the vertical: exact points every 0.05 mm are the truth, points every
 0.2 mm with 10 um of noise the measurement. Hertz against the half-space on every line that these allow is kept in a
@@ -71,53 +71,62 @@ def case_of(number: int, rail: ArrayProfile, **reading: float) -> Case:
     )
 
 
-def kept(line: VariantResult) -> dict[str, Any]:
-    """What is kept of a line."""
-    return {"p": line.p_max_MPa, "dev": dict(line.deviations.get(HERTZ, {}))}
+def variant_record(variant: VariantResult) -> dict[str, Any]:
+    """Stored results of a profile variant."""
+    return {"p": variant.p_max_MPa, "dev": dict(variant.deviations.get(HERTZ, {}))}
 
 
 @cache
 def truth(number: int) -> dict[str, Any]:
-    """Hertz and the half-space on the exact worn line."""
+    """Hertz and the half-space on the exact worn profile."""
     case = case_of(number, head(number, 0.0, EXACT_STEP_MM, 0), filter_mm=0.0)
-    placed = place_case(case)
-    _, expected = expect_on_half_space(case, placed, nodes=16)
-    return kept(judge_profile_variant("exact", case, placed, expected.half_space))
+    placement = place_case(case)
+    _, expected = expect_on_half_space(case, placement, nodes=16)
+    return variant_record(judge_profile_variant("exact", case, placement, expected.half_space))
 
 
-def measured(number: int, seed: int) -> dict[str, Any]:
-    """A head and a draw: the truth, and what is on each line."""
+def measure_draw(number: int, seed: int) -> dict[str, Any]:
+    """Record of a head and a draw: the truth, and the results of each variant."""
     case = case_of(number, head(number, NOISE_MM, STEP_MM, seed))
-    lines = judge_case_variants(case, place_case(case))
-    assert lines is not None
-    return {"k": number, "seed": seed, "truth": truth(number), "lines": {one.label: kept(one) for one in lines.all}}
+    variants = judge_case_variants(case, place_case(case))
+    assert variants is not None
+    return {
+        "k": number,
+        "seed": seed,
+        "truth": truth(number),
+        "lines": {variant.label: variant_record(variant) for variant in variants.all},
+    }
 
 
-def judged(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
-    """The true answer, the one that is given, and of each measure what is stated over the true error."""
-    own, *others = (
-        VariantResult(label=label, p_max_MPa=one["p"], deviations={HERTZ: one["dev"]} if one["dev"] else {})
-        for label, one in record["lines"].items()
+def judge_record(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
+    """True verdict, reported verdict, and stated uncertainty over the true error, by measure."""
+    reference_variant, *other_variants = (
+        VariantResult(label=label, p_max_MPa=variant["p"], deviations={HERTZ: variant["dev"]} if variant["dev"] else {})
+        for label, variant in record["lines"].items()
     )
-    lines, true, deviation = (
-        ProfileVariants(own=own, others=tuple(others)),
+    variants, true, deviation = (
+        ProfileVariants(own=reference_variant, others=tuple(other_variants)),
         record["truth"]["dev"],
-        own.deviations[HERTZ],
+        reference_variant.deviations[HERTZ],
     )
     exact = dict.fromkeys(true, 0.0)
+<<<<<<< HEAD
     verdict, stated = judge_profile_variants(deviation, exact, lines.find_shifts(HERTZ), CRITERIA)
+=======
+    verdict, stated = judge_profile_variants(deviation, exact, variants.moves(HERTZ), CRITERIA)
+>>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
     ratios = {name: stated[name] / max(abs(true[name] - deviation[name]), 1e-9) for name in MEASURES}
     return judge(true, exact, CRITERIA).answer, verdict.answer, ratios
 
 
 def summary(records: list[dict[str, Any]]) -> str:
-    """How much is decided and right, and what is stated beside the true errors."""
-    found = [judged(one) for one in records]
-    decided = [(true, said) for true, said, _ in found if said != "UNRESOLVED"]
+    """Decided and correct shares, and stated uncertainties relative to the true errors."""
+    judgements = [judge_record(record) for record in records]
+    decided = [(true, said) for true, said, _ in judgements if said != "UNRESOLVED"]
     wrong = sum(true != said for true, said in decided)
-    lines = [f"{len(found)} draws: {100.0 * len(decided) / len(found):.0f} % decided, {wrong} of them wrong"]
+    lines = [f"{len(judgements)} draws: {100.0 * len(decided) / len(judgements):.0f} % decided, {wrong} of them wrong"]
     for name in MEASURES:
-        ratios = np.array([one[name] for *_, one in found])
+        ratios = np.array([draw_ratios[name] for *_, draw_ratios in judgements])
         inside = 100.0 * np.mean(ratios >= 1.0)
         lines.append(f"{name}: true error inside in {inside:.0f} %, stated over true {np.median(ratios):.2f} (median)")
     return "\n".join(lines)
@@ -126,11 +135,11 @@ def summary(records: list[dict[str, Any]]) -> str:
 def main() -> None:
     path, first, last = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
     records = [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
-    done = {(one["k"], one["seed"]) for one in records}
+    finished = {(record["k"], record["seed"]) for record in records}
     with path.open("a", encoding="utf-8") as file:
         for number, seed in ((k, seed) for seed in range(first, last + 1) for k in range(len(HEADS))):
-            if (number, seed) not in done:
-                records.append(measured(number, seed))
+            if (number, seed) not in finished:
+                records.append(measure_draw(number, seed))
                 print(json.dumps(records[-1]), file=file, flush=True)
     print(summary(records))
 

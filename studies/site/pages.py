@@ -1,6 +1,7 @@
-"""Pages of the site, made from what the repository has: README, guide, studies, validation, and public names.
+"""Pages of the site: README, guide, studies, validation, and public names.
 
-Pages keep their places in the repository, so that links between them are right here and there.
+They are made from the files of the repository. Pages keep their places in the repository, so that links between them
+are right here and there.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 
 
 def on_config(config: Any) -> Any:
-    """Say in which order the pages are listed."""
+    """Set the order of the pages."""
     config.nav = [
         {"Home": "README.md"},
         {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in read_titles().items()]},
@@ -55,16 +56,16 @@ def on_files(files: Files, config: Any) -> Files:
     folder = run(gallery.content_string)
     for path in folder.rglob("*.png"):
         files.append(File.generated(config, path.relative_to(folder).as_posix(), abs_src_path=str(path)))
-    text = gallery.content_string + "\n![Hertz minus finite elements](by_python.png)\n" + from_studies()
+    text = gallery.content_string + "\n![Hertz minus finite elements](by_python.png)\n" + studies_gallery()
     files.remove(gallery)
     files.append(File.generated(config, "gallery.md", content=text))
     return files
 
 
 def on_post_page(output: str, page: Any, config: Any) -> str:
-    """Refuse a page that asks another place for something."""
-    if asked := re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//[^"]*"', output):
-        raise PluginError(f"{page.file.src_uri} needs something from elsewhere: {asked[0]}")
+    """Refuse a page with external scripts, links or pictures."""
+    if outside_links := re.findall(r'<(?:script|link|img|iframe)[^>]*(?:src|href)="(?:https?:)?//[^"]*"', output):
+        raise PluginError(f"{page.file.src_uri} needs something from elsewhere: {outside_links[0]}")
     return output
 
 
@@ -80,38 +81,39 @@ def pages() -> Iterator[tuple[str, str]]:
     # each study has its checks on its page
     validation = (ROOT / "studies" / "VALIDATION.md").read_text("utf-8")
     yield "studies/VALIDATION.md", re.sub(r"\(validation/(\w+\.md)\)", r"(\1#checks)", validation)
-    yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{listed()}"
+    yield "api/README.md", f"# Python\n\n{fenced(fecontact.__doc__ or '')}\n## Names\n\n{list_names()}"
     for name in NAMES:
         place = find_public_names().get(name) or f"fecontact.{fecontact._HOMES.get(name) or name}"
         table = inputs(getattr(fecontact, name))
-        # what the table tells of the fields is told once
+        # the table already describes the fields
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
         yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
 
 
-def listed() -> str:
-    """Public names with the first lines of their docstrings."""
+def list_names() -> str:
+    """Table of public names with the first lines of their docstrings."""
     docs = {name: (getattr(fecontact, name).__doc__ or "").partition("\n")[0] for name in NAMES}
     return "\n".join(["| name | |", "|---|---|", *(f"| [`{name}`]({name}.md) | {doc} |" for name, doc in docs.items())])
 
 
 def inputs(kind: Any) -> str:
-    """The inputs that a class has, as a table; empty for what has none."""
-    found = list_descriptions(kind) if is_dataclass(kind) else {}
+    """Table of the inputs of a class; empty for a class without inputs."""
+    descriptions = list_descriptions(kind) if is_dataclass(kind) else {}
     rows = [
-        f"| `{name}` | `{one.key}` | {one.allowed} | {one.help} |".replace("\n", " ") for name, one in found.items()
+        f"| `{name}` | `{description.key}` | {description.allowed} | {description.help} |".replace("\n", " ")
+        for name, description in descriptions.items()
     ]
     head = ["## Inputs", "", "| in Python | in a study file | allowed in a study file | |", "|---|---|---|---|"]
     return "\n".join([*head, *rows]) if rows else ""
 
 
 def study(path: Path) -> str:
-    """A study: its question, how it was done and what was found, its answer, its checks, and its script."""
+    """Page of a study: question, method, findings, answer, checks, and script."""
     checked = ROOT / "studies" / "validation" / path.name.replace(".py", ".md")
     code = path.read_text("utf-8")
-    question, _, more = (ast.get_docstring(ast.parse(code)) or path.stem).partition("\n")
-    answer = re.search(rf"^\| \[`\w+`\]\({path.stem}\.py\).*?\|[^|]*\| (.*) \|$", STUDIES_TOLD, re.MULTILINE)
-    parts = [f"# {path.stem}: {question}", answer[1] if answer else "", more.strip()]
+    question, _, body = (ast.get_docstring(ast.parse(code)) or path.stem).partition("\n")
+    answer = re.search(rf"^\| \[`\w+`\]\({path.stem}\.py\).*?\|[^|]*\| (.*) \|$", STUDIES_README, re.MULTILINE)
+    parts = [f"# {path.stem}: {question}", answer[1] if answer else "", body.strip()]
     if checked.exists():
         _, *tables = re.split(r"^## ", checked.read_text("utf-8"), flags=re.MULTILINE)
         about = "From the last [validation](VALIDATION.md) at full size; nothing was run for this page."
@@ -120,14 +122,14 @@ def study(path: Path) -> str:
     return "\n\n".join([*parts, "## Script", f'??? example "studies/{path.name}"\n\n    ```python\n{script}\n    ```'])
 
 
-STUDIES_TOLD = (ROOT / "studies" / "README.md").read_text("utf-8")
+STUDIES_README = (ROOT / "studies" / "README.md").read_text("utf-8")
 
 
-def from_studies() -> str:
-    """Pictures of the studies, with the questions that they answer and links to their scripts."""
+def studies_gallery() -> str:
+    """Pictures of the studies, with their questions and links to their scripts."""
     parts = []
     for name, question, answer in re.findall(
-        r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_TOLD, re.M
+        r"^\| \[`\w+`\]\((\w+)\.py\).*?\| ([^|]*) \| (.*) \|$", STUDIES_README, re.M
     ):
         for picture in re.findall(r"\((figures/[^)]+)\)", answer):
             command = f"fecontact run studies/{name}.py --out out/{name}"
@@ -139,7 +141,7 @@ def from_studies() -> str:
 class Doctests(Extension):
     """Doctests of docstrings as blocks of code: in Markdown they are quotations with links."""
 
-    def on_object(self, *, obj: Any, **more: Any) -> None:
+    def on_object(self, *, obj: Any, **keywords: Any) -> None:
         """Fence the doctests of an object."""
         if obj.docstring:
             obj.docstring.value = fenced(obj.docstring.value)
@@ -151,7 +153,10 @@ def fenced(text: str) -> str:
 
 
 def run(text: str) -> Path:
-    """Run the blocks of a page in their order, in an empty folder, which is returned."""
+    """Run the blocks of a page in order and return their folder.
+
+    The folder is new and empty.
+    """
     folder = Path(mkdtemp())
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])}
     for language, code in re.findall(r"^```(\w+)\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
