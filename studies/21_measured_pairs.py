@@ -220,29 +220,18 @@ def survey(chosen_positions: list[Position]) -> list[SurveyResult]:
     results = []
     for position in chosen_positions:
         case, start = position.case, time.process_time()
-<<<<<<< HEAD
-        lines = judge_case_variants(case, place_case(case))
-        assert lines is not None
-        own = lines.own.deviations[HERTZ]
-        verdict, stated = judge_profile_variants(own, dict.fromkeys(own, 0.0), lines.find_shifts(HERTZ), case.criteria)
-=======
         variants = judge_case_variants(case, place_case(case))
         assert variants is not None
         hertz_deviations = variants.own.deviations[HERTZ]
         verdict, stated = judge_profile_variants(
-            hertz_deviations, dict.fromkeys(hertz_deviations, 0.0), variants.moves(HERTZ), case.criteria
+            hertz_deviations, dict.fromkeys(hertz_deviations, 0.0), variants.find_shifts(HERTZ), case.criteria
         )
->>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
         covered = {
             (filter_mm, name): abs(value - hertz_deviations[name]) <= stated[name]
             for filter_mm, deviation in position.deviations.items()
             for name, value in deviation.items()
         }
-<<<<<<< HEAD
-        answers, band = [*verdict.lines.values()], lines.find_shifts(HERTZ).band(lines.own.p_max_MPa)
-=======
-        answers, band = [*verdict.lines.values()], variants.moves(HERTZ).band(variants.own.p_max_MPa)
->>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
+        answers, band = [*verdict.lines.values()], variants.find_shifts(HERTZ).band(variants.own.p_max_MPa)
         assert band is not None
         seconds = time.process_time() - start
         results.append(

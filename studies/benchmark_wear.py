@@ -110,11 +110,7 @@ def judge_record(record: dict[str, Any]) -> tuple[str, str, dict[str, float]]:
         reference_variant.deviations[HERTZ],
     )
     exact = dict.fromkeys(true, 0.0)
-<<<<<<< HEAD
-    verdict, stated = judge_profile_variants(deviation, exact, lines.find_shifts(HERTZ), CRITERIA)
-=======
-    verdict, stated = judge_profile_variants(deviation, exact, variants.moves(HERTZ), CRITERIA)
->>>>>>> 89394a23fb7aca99afe2fc92919a965e47fbe7b7
+    verdict, stated = judge_profile_variants(deviation, exact, variants.find_shifts(HERTZ), CRITERIA)
     ratios = {name: stated[name] / max(abs(true[name] - deviation[name]), 1e-9) for name in MEASURES}
     return judge(true, exact, CRITERIA).answer, verdict.answer, ratios
 

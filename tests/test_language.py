@@ -102,9 +102,27 @@ def language_counts(folder: str) -> Counter[str]:
 
 # The numbers of the present code. A change that lowers a count lowers its number here.
 LIMITS = {
-    "fecontact": {},
-    "tests": {},
-    "studies": {},
+    "fecontact": {
+        "generic names": 5,
+        "hard sentences": 17,
+        "long sentences": 27,
+        "loose definitions": 60,
+        "vague names": 72,
+    },
+    "tests": {
+        "generic names": 23,
+        "hard sentences": 24,
+        "long sentences": 50,
+        "loose definitions": 13,
+        "vague names": 35,
+    },
+    "studies": {
+        "generic names": 8,
+        "hard sentences": 10,
+        "long sentences": 14,
+        "loose definitions": 6,
+        "vague names": 2,
+    },
 }
 
 
