@@ -35,7 +35,7 @@ from test_plasticity import (
     FORCE,
     loaded_sphere,  # noqa: F401
 )
-from test_regression import case_names, case_row, lines, position_row, refuse_comparison, write_study
+from test_regression import case_names, case_row, position_row, refuse_comparison, rows_of_frame, write_study
 from test_sources import EVALUATING
 from test_springs_in_tables import LOAD_N, position
 from test_static_roll import ALONE, WAYS, WHEELSET, rolls
@@ -283,7 +283,7 @@ def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
     (tmp_path / "now.csv").write_text(head + "".join(now))
     comparison = compare_tables(load_table(tmp_path / "was"), load_table(tmp_path / "now.csv"))
     assert list(case_names(comparison).values()) == ["-0.5 mm, 50 kN", "+0 mm, 50 kN"]
-    assert {(d.column, d.case) for d in lines(comparison.differences)} == {
+    assert {(d.column, d.case) for d in rows_of_frame(comparison.differences)} == {
         ("cause", "lateral_shift_mm 0, load_kN 50"),
         ("fe_p_max_MPa", "lateral_shift_mm 0, load_kN 50"),
     }
@@ -303,8 +303,8 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
     for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
         comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
         assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]
-        assert [c.column for c in lines(comparison.columns)] == ["fe_area_mm2", "status"]
-        assert [(d.column, d.case) for d in lines(comparison.differences)] == [
+        assert [c.column for c in rows_of_frame(comparison.columns)] == ["fe_area_mm2", "status"]
+        assert [(d.column, d.case) for d in rows_of_frame(comparison.differences)] == [
             ("fe_area_mm2", "lateral_shift_mm 0, load_kN 100")
         ]
         one_sided = {name for names in comparison.one_sided.values() for name in names}
