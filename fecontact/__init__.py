@@ -4,7 +4,7 @@ The story, step by step:
 
 1. Profiles: a rail and a wheel, made of exact segments.
 
-    >>> from fecontact.profiles.library import load as profile
+    >>> from fecontact.profiles.library import load_library_profile as profile
     >>> rail, wheel = profile("60E1"), profile("S1002")
 
 2. Placement: the wheel on the rail, with the contact points of the rigid bodies.
@@ -16,12 +16,12 @@ The story, step by step:
 
 3. Hertz: the ellipse that vehicle codes use for this position.
 
-    >>> from fecontact.bodies import STEEL, contact_modulus_MPa
+    >>> from fecontact.bodies import STEEL, combine_moduli_MPa
     >>> from fecontact.contact_theories.hertz import hertz_from_hessian
     >>> ellipse = hertz_from_hessian(
     ...     position.first.curvatures[0].hessian,
     ...     normal_force_N=100e3,
-    ...     contact_modulus_MPa=contact_modulus_MPa(STEEL, STEEL),
+    ...     contact_modulus_MPa=combine_moduli_MPa(STEEL, STEEL),
     ... )
     >>> round(ellipse.p0_MPa, -1)
     1500.0

@@ -153,8 +153,8 @@ def combine_moduli_MPa(first: Material, second: Material) -> float:
 
     Examples
     --------
-    >>> from fecontact.bodies import STEEL, contact_modulus_MPa
-    >>> round(contact_modulus_MPa(STEEL, STEEL))
+    >>> from fecontact.bodies import STEEL, combine_moduli_MPa
+    >>> round(combine_moduli_MPa(STEEL, STEEL))
     115385
     """
     return 1.0 / ((1.0 - first.poisson**2) / first.young_MPa + (1.0 - second.poisson**2) / second.young_MPa)

@@ -40,8 +40,8 @@ def shorten_words(text: str) -> str:
 
     Examples
     --------
-    >>> from fecontact.errors import shortened
-    >>> len(shortened("x" * 500))
+    >>> from fecontact.errors import shorten_words
+    >>> len(shorten_words("x" * 500))
     83
     """
     return _LONG_WORD.sub(lambda word: f"{word[0][:_LETTERS_SHOWN]}...", text)

@@ -56,8 +56,8 @@ def iterate_offers(kind: str) -> Iterator[tuple[str, Any]]:
 
     Examples
     --------
-    >>> from fecontact.feature_registry import offers
-    >>> dict(offers("NAMES"))["fecontact.features.irregular"]
+    >>> from fecontact.feature_registry import iterate_offers
+    >>> dict(iterate_offers("NAMES"))["fecontact.features.irregular"]
     ('running.irregular',)
     """
     for name in FEATURES:
@@ -70,8 +70,8 @@ def find_places(kind: str) -> dict[str, str]:
 
     Examples
     --------
-    >>> from fecontact.feature_registry import places
-    >>> list(places("no such kind"))
+    >>> from fecontact.feature_registry import find_places
+    >>> list(find_places("no such kind"))
     []
     """
     return {

@@ -87,7 +87,7 @@ def find_help_page(app: App, words: Sequence[str]) -> HelpPage | None:
 
     Returns
     -------
-    Page or None
+    HelpPage or None
         None if the words request no help.
 
     Raises

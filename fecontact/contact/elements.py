@@ -88,9 +88,9 @@ class UnitResponse:
     >>> import numpy as np
     >>> from fecontact.contact.elements import UnitResponse
     >>> from fecontact.contact.grid import ContactGrid
-    >>> from fecontact.contact.halfspace import half_space_below
+    >>> from fecontact.contact.halfspace import build_half_space_compliance
     >>> grid = ContactGrid(x_mm=0.2 * np.arange(25), s_mm=0.2 * np.arange(25), half=False)
-    >>> response = UnitResponse.of(half_space_below(grid, 115e3), grid, contact_modulus_MPa=115e3)
+    >>> response = UnitResponse.of(build_half_space_compliance(grid, 115e3), grid, contact_modulus_MPa=115e3)
     >>> abs(response.compliance_error(np.zeros(25))) < 1e-9
     True
     """
@@ -331,10 +331,10 @@ class Bands:
     >>> import numpy as np
     >>> from fecontact.contact.elements import Bands
     >>> from fecontact.contact.grid import ContactGrid
-    >>> from fecontact.contact.halfspace import half_space_below
+    >>> from fecontact.contact.halfspace import build_half_space_compliance
     >>> grid = ContactGrid(x_mm=0.2 * np.arange(9), s_mm=0.2 * np.arange(9), half=False)
     >>> bands = Bands(grid=grid, columns=(slice(0, 9),), contact_modulus_MPa=115e3)
-    >>> bool((bands.half_space()(np.ones(81)) == half_space_below(grid, 115e3)(np.ones(81))).all())
+    >>> bool((bands.half_space()(np.ones(81)) == build_half_space_compliance(grid, 115e3)(np.ones(81))).all())
     True
     """
 

@@ -97,11 +97,11 @@ def build_half_space_compliance(
 
     >>> import numpy as np
     >>> from fecontact.contact.grid import ContactGrid
-    >>> from fecontact.contact.halfspace import half_space_below
+    >>> from fecontact.contact.halfspace import build_half_space_compliance
     >>> grid = ContactGrid(x_mm=np.arange(3.0), s_mm=np.arange(3.0), half=False)
     >>> pressure = np.zeros((3, 3))
     >>> pressure[1, 1] = 1.0
-    >>> opening = half_space_below(grid, 115e3)(pressure.ravel()).reshape(3, 3)
+    >>> opening = build_half_space_compliance(grid, 115e3)(pressure.ravel()).reshape(3, 3)
     >>> bool(np.isclose(opening[1, 1], 4.0 * np.arcsinh(1.0) / (np.pi * 115e3)))
     True
     """
@@ -502,8 +502,8 @@ def solve_gap_contact(
     --------
     A sphere of radius 100 mm has Hertz's approach (Johnson 1985, eq. 4.23) within 1 %:
 
-    >>> from fecontact.contact.halfspace import contact_on_gap
-    >>> contact = contact_on_gap(
+    >>> from fecontact.contact.halfspace import solve_gap_contact
+    >>> contact = solve_gap_contact(
     ...     lambda x, y: (x**2 + y**2) / 200.0, 1e3, 115e3, reach_mm=0.02, far_mm=(10.0, 10.0), nodes=8
     ... )
     >>> abs(contact.approach_mm / (9.0 * 1e3**2 / (16.0 * 100.0 * 115e3**2)) ** (1 / 3) - 1.0) < 0.01

@@ -119,10 +119,10 @@ class TheoryContact:
 
     Examples
     --------
-    >>> from fecontact.contact_theories.approximation import Approximation
+    >>> from fecontact.contact_theories.approximation import TheoryContact
     >>> from fecontact.contact_theories.hertz import hertz_ellipse
     >>> hertz = hertz_ellipse(0.005, 0.005, normal_force_N=1e3, contact_modulus_MPa=115e3)
-    >>> contact = Approximation.of(hertz)
+    >>> contact = TheoryContact.of(hertz)
     >>> contact.half_widths_mm == (hertz.a_mm, hertz.b_mm)
     True
     """
@@ -272,7 +272,7 @@ def theory_contact_from_strips(contact: StripContact) -> TheoryContact:
 
     Returns
     -------
-    Approximation
+    TheoryContact
         Contact with a patch for each region.
     """
     patches = []
@@ -362,7 +362,7 @@ def theory_contact_from_rung(rung: Rung) -> TheoryContact:
 
     Returns
     -------
-    Approximation
+    TheoryContact
         Contact with a patch for each separate patch of the solved contact.
     """
     whole_field = rung.pressure.whole()

@@ -51,11 +51,11 @@ def solve_equivalent_ellipse(line: GapLine, approach_mm: float) -> StripContact:
     Constant curvature, A = B = 0.005 1/mm: the semi-axis is sqrt(d / (2 A)) at the approach d.
 
     >>> import numpy as np
-    >>> from fecontact.contact_theories.equivalent_ellipse import equivalent_ellipse_at
+    >>> from fecontact.contact_theories.equivalent_ellipse import solve_equivalent_ellipse
     >>> from fecontact.contact_theories.gap_line import GapLine
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
-    >>> round(float(equivalent_ellipse_at(line, 0.04).half_length_mm.max()), 2)
+    >>> round(float(solve_equivalent_ellipse(line, 0.04).half_length_mm.max()), 2)
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")

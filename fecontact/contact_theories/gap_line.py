@@ -274,8 +274,8 @@ def find_runs(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.contact_theories.gap_line import regions
-    >>> regions(np.array([True, True, False, True]))
+    >>> from fecontact.contact_theories.gap_line import find_runs
+    >>> find_runs(np.array([True, True, False, True]))
     [(0, 1), (3, 3)]
     """
     indices = np.flatnonzero(is_selected)
@@ -535,12 +535,12 @@ def solve_under_load(
     ANALYN is exact for a constant curvature:
 
     >>> import numpy as np
-    >>> from fecontact.contact_theories.analyn import analyn_at
-    >>> from fecontact.contact_theories.gap_line import GapLine, under_load
+    >>> from fecontact.contact_theories.analyn import solve_analyn
+    >>> from fecontact.contact_theories.gap_line import GapLine, solve_under_load
     >>> from fecontact.contact_theories.hertz import hertz_ellipse
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
-    >>> contact = under_load(line, 1e4, analyn_at)
+    >>> contact = solve_under_load(line, 1e4, solve_analyn)
     >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
     >>> contact.status, bool(abs(contact.p_max_MPa / exact.p0_MPa - 1.0) < 0.001)
     ('solved', True)

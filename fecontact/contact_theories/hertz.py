@@ -343,8 +343,8 @@ def calculate_ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShap
 
     Examples
     --------
-    >>> from fecontact.contact_theories.hertz import ellipse_shape
-    >>> shape = ellipse_shape(0.005, [0.005, 0.02])
+    >>> from fecontact.contact_theories.hertz import calculate_ellipse_shape
+    >>> shape = calculate_ellipse_shape(0.005, [0.005, 0.02])
     >>> shape.part_x.round(3)
     array([0.5 , 0.61])
     """

@@ -61,10 +61,10 @@ def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction:
 
     >>> import numpy as np
     >>> from fecontact.contact_theories.gap_line import GapLine
-    >>> from fecontact.contact_theories.kik_piotrowski import kik_piotrowski_at
+    >>> from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
-    >>> round(float(kik_piotrowski_at(line, 0.04).half_length_mm.max()), 3)
+    >>> round(float(solve_kik_piotrowski(line, 0.04).half_length_mm.max()), 3)
     2.098
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")

@@ -58,10 +58,10 @@ def solve_kpec(line: GapLine, approach_mm: float) -> StripContact:
 
     >>> import numpy as np
     >>> from fecontact.contact_theories.gap_line import GapLine
-    >>> from fecontact.contact_theories.kpec import kpec_at
+    >>> from fecontact.contact_theories.kpec import solve_kpec
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
-    >>> round(float(kpec_at(line, 0.04).half_length_mm.max()), 3)
+    >>> round(float(solve_kpec(line, 0.04).half_length_mm.max()), 3)
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")

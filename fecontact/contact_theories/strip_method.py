@@ -204,10 +204,10 @@ def solve_strips(
     A sphere has Hertz's approach a^2 / R within 0.3 % (Johnson 1985, eq. 4.22):
 
     >>> import numpy as np
-    >>> from fecontact.contact_theories.strip_method import Line, Load, solve_strips
+    >>> from fecontact.contact_theories.strip_method import StripGap, StripLoad, solve_strips
     >>> t = np.linspace(-5.0, 5.0, 501)
-    >>> line = Line(t=t, f=0.005 * t**2, A=0.005, E=115e3, closing=np.ones(501))
-    >>> strips = solve_strips(line, Load(force=1e3))
+    >>> line = StripGap(t=t, f=0.005 * t**2, A=0.005, E=115e3, closing=np.ones(501))
+    >>> strips = solve_strips(line, StripLoad(force=1e3))
     >>> bool(abs(strips.approach / ((0.75 * 1e3 * 100.0 / 115e3) ** (2 / 3) / 100.0) - 1.0) < 0.003)
     True
     """

@@ -53,10 +53,10 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
 
     >>> import numpy as np
     >>> from fecontact.contact_theories.gap_line import GapLine
-    >>> from fecontact.contact_theories.stripes import stripes_at
+    >>> from fecontact.contact_theories.stripes import solve_stripes
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
-    >>> round(float(stripes_at(line, 0.04).half_length_mm.max()), 3)
+    >>> round(float(solve_stripes(line, 0.04).half_length_mm.max()), 3)
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give how much the bodies come together")

@@ -61,11 +61,11 @@ def solve_strip_theory(line: GapLine, normal_force_N: float, *, strips: int = DE
     >>> import numpy as np
     >>> from fecontact.contact_theories.gap_line import GapLine
     >>> from fecontact.contact_theories.hertz import hertz_ellipse
-    >>> from fecontact.contact_theories.strips import strip
+    >>> from fecontact.contact_theories.strips import solve_strip_theory
     >>> t = np.linspace(-5.0, 5.0, 501)
     >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
     >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
-    >>> bool(abs(strip(line, 1e4).p_max_MPa / exact.p0_MPa - 1.0) < 0.003)
+    >>> bool(abs(solve_strip_theory(line, 1e4).p_max_MPa / exact.p0_MPa - 1.0) < 0.003)
     True
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")

@@ -141,7 +141,7 @@ def solve_hertz_points(
 
     Returns
     -------
-    HertzPoints
+    HertzAtContactPoints
         Ellipses under the whole load at each contact point, and ellipses that share the load.
 
     Notes

@@ -119,7 +119,7 @@ def list_input_places(instance: DataclassInstance) -> tuple[InputPlace, ...]:
 
     Returns
     -------
-    tuple of Slot
+    tuple of InputPlace
         Inputs in the order of the fields.
     """
     places: list[InputPlace] = []

@@ -317,8 +317,8 @@ def describe_differences(old: Mapping[str, str], new: Mapping[str, str]) -> str:
 
     Examples
     --------
-    >>> from fecontact.jobs.store import difference
-    >>> difference({"numpy": "2.1.0"}, {"numpy": "2.2.0"})
+    >>> from fecontact.jobs.store import describe_differences
+    >>> describe_differences({"numpy": "2.1.0"}, {"numpy": "2.2.0"})
     'numpy 2.1.0 -> 2.2.0'
     """
     return ", ".join(

@@ -73,7 +73,7 @@ class Work(Protocol):
 
         Returns
         -------
-        Made
+        WorkResult
             Result of the work.
         """
 
@@ -173,7 +173,7 @@ def run_job(job: Job) -> JobOutcome:
 
     Returns
     -------
-    Done
+    JobOutcome
         Outcome, with the wall time.
     """
     with _JOB_LOCK:

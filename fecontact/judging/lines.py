@@ -88,7 +88,7 @@ class VariantResult:
 
         Returns
         -------
-        LobeOnLine or None
+        VariantLobe or None
             None if no lobe covers the position.
         """
         lobes = [lobe for lobe in self.lobes if lobe.low_y_mm <= rail_y_mm <= lobe.high_y_mm]
@@ -306,7 +306,7 @@ class ProfileVariants:
 
         Returns
         -------
-        Moves
+        VariantShifts
             Shifts from the reference variant to each variant.
         """
         shifts = _compute_shifts(
@@ -340,7 +340,7 @@ class ProfileVariants:
 
         Returns
         -------
-        Moves
+        VariantShifts
             Shifts from the reference variant to each variant; empty on variants without such a lobe.
         """
         lobes = {variant.label: variant.find_lobe(rail_y_mm) for variant in self.all}

@@ -370,7 +370,7 @@ def judge_profile_variant(label: str, case: Case, placement: Placement, half_spa
 
     Returns
     -------
-    OnLine
+    VariantResult
         Deviations of each theory with a contact, and the lobes.
     """
     loaded = LoadedPlacement(

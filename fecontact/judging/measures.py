@@ -442,8 +442,8 @@ def compute_misplaced_fraction(force: Floats, reference: Floats) -> float:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.judging.measures import part_elsewhere
-    >>> part_elsewhere(np.array([3.0, 1.0]), np.array([2.0, 2.0]))
+    >>> from fecontact.judging.measures import compute_misplaced_fraction
+    >>> compute_misplaced_fraction(np.array([3.0, 1.0]), np.array([2.0, 2.0]))
     0.25
     """
     # Both forces are normalised, since the sums over the cells differ slightly.

@@ -484,7 +484,7 @@ def read_quality(levels: Sequence[Level]) -> SolutionQuality:
 
     Returns
     -------
-    Solved
+    SolutionQuality
         Residual, compliance error and skewness of the finest level, with the flags of all levels.
     """
     finest = levels[0]

@@ -162,8 +162,8 @@ def estimate_uncertainty(
 
     Examples
     --------
-    >>> from fecontact.judging.uncertainty import uncertainty
-    >>> f"{uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
+    >>> from fecontact.judging.uncertainty import estimate_uncertainty
+    >>> f"{estimate_uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
     '0.0079'
     """
     reading = estimate_reading_uncertainty(measure, values[0])

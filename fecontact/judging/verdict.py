@@ -226,8 +226,8 @@ def compare_with_limit(deviation: float, uncertainty: float, limit: float) -> An
 
     Examples
     --------
-    >>> from fecontact.judging.verdict import answer_of
-    >>> [answer_of(deviation, 0.01, limit=0.05) for deviation in (0.03, -0.045, 0.08)]
+    >>> from fecontact.judging.verdict import compare_with_limit
+    >>> [compare_with_limit(deviation, 0.01, limit=0.05) for deviation in (0.03, -0.045, 0.08)]
     ['HOLDS', 'UNRESOLVED', 'FAILS']
     """
     if abs(deviation) - uncertainty > limit:
@@ -396,7 +396,7 @@ def list_theory_answers(judgements: Mapping[str, Judgement]) -> list[TheoryAnswe
 
     Returns
     -------
-    list of Standing
+    list of TheoryAnswer
         Answers with the contacts by the theories.
     """
     return [
@@ -417,14 +417,14 @@ def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = F
 
     Returns
     -------
-    Standing
+    TheoryAnswer
         With the answer UNRESOLVED if it is unresolved whether the cheapest theory holds; without a name if all theories
         fail.
 
     Examples
     --------
-    >>> from fecontact.judging.verdict import Standing, cheapest
-    >>> cheapest([Standing(name="hertz"), Standing(name="multi_hertz", answer="HOLDS")]).label
+    >>> from fecontact.judging.verdict import TheoryAnswer, find_cheapest_theory
+    >>> find_cheapest_theory([TheoryAnswer(name="hertz"), TheoryAnswer(name="multi_hertz", answer="HOLDS")]).label
     'multi_hertz'
     """
     candidates = (theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range))

@@ -68,7 +68,7 @@ class LoadVerdict:
 
         Returns
         -------
-        KnownLoad
+        LoadVerdict
             Verdict with its excess.
         """
         sides = judged_load.sides.values() if judged_load.plastic is None else (judged_load.plastic.deciding,)
@@ -95,7 +95,7 @@ def list_usable_loads(cells: Sequence[MapCell], tried: Sequence[JudgedLoad] = ()
 
     Returns
     -------
-    tuple of KnownLoad
+    tuple of LoadVerdict
         Verdicts of the usable loads.
     """
     loads = [LoadVerdict.of(load) for load in tried if load.usable]

@@ -236,7 +236,7 @@ def find_ellipse_theory(load: JudgedLoad | None) -> TheoryAnswer | None:
 
     Returns
     -------
-    Standing or None
+    TheoryAnswer or None
         The theory; None if Hertz holds, if no theory of ellipses holds, or if the load is unusable or judged against
         yielding bodies.
     """

@@ -38,7 +38,7 @@ def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, LawReadin
 
     Returns
     -------
-    dict of MappedLaws
+    dict of LawReadingView
         Laws by the name of the feature's entry.
     """
     return {

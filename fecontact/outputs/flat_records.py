@@ -36,8 +36,8 @@ def to_plain(value: Any) -> Any:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.outputs.flat_records import told
-    >>> told({"a_mm": np.array([1.0, 2.0])})
+    >>> from fecontact.outputs.flat_records import to_plain
+    >>> to_plain({"a_mm": np.array([1.0, 2.0])})
     {'a_mm': [1.0, 2.0]}
     """
     if is_dataclass(value):
@@ -90,8 +90,8 @@ def flatten(record: Mapping[str, Any]) -> Record:
 
     Examples
     --------
-    >>> from fecontact.outputs.flat_records import flat
-    >>> flat({"fe": {"p_max_MPa": 1000.0}, "hertz": {"deviation": {"p_max_MPa": 0.05}}, "notes": ["a", "b"]})
+    >>> from fecontact.outputs.flat_records import flatten
+    >>> flatten({"fe": {"p_max_MPa": 1000.0}, "hertz": {"deviation": {"p_max_MPa": 0.05}}, "notes": ["a", "b"]})
     {'fe_p_max_MPa': 1000.0, 'hertz_deviation_p_max_percent': 5.0, 'notes': 'a; b'}
     """
     return dict(_flatten(record, "", relative=False))

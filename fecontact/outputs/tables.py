@@ -145,8 +145,9 @@ def make_table(
 
     Examples
     --------
-    >>> from fecontact.outputs.tables import number, table_of, text
-    >>> table = table_of("", [text("rail", "rail"), number("p_max", "p_max_MPa", "{:.0f}")], [{"rail": "60E1"}])
+    >>> from fecontact.outputs.tables import make_table, number_column, text_column
+    >>> columns = [text_column("rail", "rail"), number_column("p_max", "p_max_MPa", "{:.0f}")]
+    >>> table = make_table("", columns, [{"rail": "60E1"}])
     >>> table.rows[0].cells
     ['60E1', '-']
     """

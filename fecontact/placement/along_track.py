@@ -27,9 +27,11 @@ class PlacedIrregularities:
 
     Examples
     --------
+    >>> import numpy as np
+    >>> from fecontact.placement.along_track import PlacedIrregularities
     >>> from fecontact.placement.irregularity import Irregularity
     >>> wave = Irregularity(kind="sine", wavelength_mm=30.0, amplitude_mm=0.025)
-    >>> along = AlongTrack(lines=(wave,), distance_mm=15.0, middle_x_mm=0.0)
+    >>> along = PlacedIrregularities(lines=(wave,), distance_mm=15.0, middle_x_mm=0.0)
     >>> along.opening_mm(np.array([-15.0, 0.0])).tolist()
     [0.025, -0.025]
     """

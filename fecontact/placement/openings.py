@@ -60,8 +60,9 @@ def find_gap_minima(A_per_mm: float, opening: GapOpening, reach_mm: float) -> tu
 
     Examples
     --------
-    >>> (touch,) = touches(0.001, lambda x: 0.0005 * (x - 3.0) ** 2, 10.0)
-    >>> round(touch.x_mm, 6), round(touch.A_per_mm, 6)
+    >>> from fecontact.placement.openings import find_gap_minima
+    >>> (minimum,) = find_gap_minima(0.001, lambda x: 0.0005 * (x - 3.0) ** 2, 10.0)
+    >>> round(minimum.x_mm, 6), round(minimum.A_per_mm, 6)
     (1.0, 0.0015)
     """
     x = np.linspace(-reach_mm, reach_mm, _SEARCH_PLACES)

@@ -429,7 +429,7 @@ def set_up_pair(
 
     Returns
     -------
-    Pair
+    SmoothBodies
         Rail and wheel, before the wheel is lowered.
 
     Raises
@@ -496,8 +496,8 @@ def place(
 
     Examples
     --------
-    >>> from fecontact.profiles.library import load
-    >>> placement = place(load("60E1"), load("S1002"), inclination_rad=0.025)
+    >>> from fecontact.profiles.library import load_library_profile
+    >>> placement = place(load_library_profile("60E1"), load_library_profile("S1002"), inclination_rad=0.025)
     >>> len(placement.touch_points), round(placement.first.wheel_y_mm, 1)
     (2, 3.2)
     """

@@ -367,9 +367,9 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
 
     Examples
     --------
-    >>> from fecontact.placement.wheel_on_rail import pair_of
-    >>> from fecontact.profiles.library import load
-    >>> pair = pair_of(load("60E1"), load("S1002"), inclination_rad=0.025)
+    >>> from fecontact.placement.wheel_on_rail import set_up_pair
+    >>> from fecontact.profiles.library import load_library_profile
+    >>> pair = set_up_pair(load_library_profile("60E1"), load_library_profile("S1002"), inclination_rad=0.025)
     >>> wheelset = place_wheelset(Wheelset.of(pair, pair), 3.0)
     >>> round(1e3 * wheelset.roll_rad, 3)
     0.18

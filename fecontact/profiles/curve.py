@@ -119,8 +119,8 @@ class Profile:
 
     Examples
     --------
-    >>> from fecontact.profiles.library import load
-    >>> rail = load("60E1")
+    >>> from fecontact.profiles.library import load_library_profile
+    >>> rail = load_library_profile("60E1")
     >>> rail.kind, round(float(rail.curvature(0.0)) ** -1)
     ('rail', 300)
     """
@@ -512,8 +512,8 @@ def make_circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Pr
 
     Examples
     --------
-    >>> from fecontact.profiles.curve import circular_rail_head
-    >>> circular_rail_head(300.0).name
+    >>> from fecontact.profiles.curve import make_circular_rail_head
+    >>> make_circular_rail_head(300.0).name
     'circle:300'
     """
     check_positive("radius of the rail head", radius_mm, "mm", "for example circle:300")

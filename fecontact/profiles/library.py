@@ -173,8 +173,8 @@ def load_library_profile(name: str) -> Profile:
 
     Examples
     --------
-    >>> from fecontact.profiles.library import load
-    >>> load("uic60").name
+    >>> from fecontact.profiles.library import load_library_profile
+    >>> load_library_profile("uic60").name
     '60E1'
     """
     name = find_library_name(name)
@@ -239,7 +239,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> ArrayP
 
     Returns
     -------
-    GivenProfile
+    ArrayProfile
         Value that replaces the name of a file.
 
     Raises

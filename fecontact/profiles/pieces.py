@@ -132,7 +132,7 @@ class PiecewiseCurve:
 
         Returns
         -------
-        Pieces
+        PiecewiseCurve
             Pieces of all segments.
         """
         local_parameters = [sample_parameters(segment) for segment in segments]

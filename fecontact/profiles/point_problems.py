@@ -76,7 +76,7 @@ def find_disorder(points: Floats, noise_mm: Floats) -> list[PointProblem]:
 
     Returns
     -------
-    list of Problem
+    list of PointProblem
         Problems, the largest first.
     """
     step = np.diff(points, axis=0)
@@ -112,7 +112,7 @@ def find_crossings(points: Floats) -> list[PointProblem]:
 
     Returns
     -------
-    list of Problem
+    list of PointProblem
         Problems at the first point of a crossing chord; empty if the profile never turns back.
     """
     if np.all(np.diff(points[:, 0]) > 0.0):

@@ -60,7 +60,7 @@ def find_spikes(points: Floats) -> list[PointProblem]:
 
     Returns
     -------
-    list of Problem
+    list of PointProblem
         Spikes, the largest first.
     """
     problems: list[PointProblem] = []
@@ -85,7 +85,7 @@ def find_unclear_points(points: Floats) -> list[PointProblem]:
 
     Returns
     -------
-    list of Problem
+    list of PointProblem
         Doubtful points, in the order along the profile.
     """
     if len(points) < 2 * _LOCAL_POINTS:
@@ -378,7 +378,7 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
     Returns
     -------
-    Points
+    ProfilePoints
         Points in the axes of the library, from small to large y, with notes.
 
     Raises

@@ -119,7 +119,7 @@ def find_nearest_profiles(
 
     Returns
     -------
-    list of Nearest
+    list of ProfileMatch
         Profiles with a usual distance of at most 2 mm.
     """
     library_names, noise = list_names(kind) if among is None else among, max(estimate_noise_mm(points), LEAST_NOISE_MM)
@@ -335,7 +335,7 @@ def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequen
 
     Returns
     -------
-    Measured
+    SmoothingResult
         Smoothing with the best score.
 
     Raises
@@ -397,7 +397,7 @@ def _smooth_deviation(
 
     Returns
     -------
-    tuple of Measured and float, or None
+    tuple of SmoothingResult and float, or None
         Smoothing and its score; None if the points are not over the profile.
     """
     frame = frame_on_reference(load_library_profile(match.name), match.registration, points)

@@ -292,7 +292,7 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
 
     Returns
     -------
-    Profile or Points
+    Profile or ProfilePoints
         Content.
 
     Raises

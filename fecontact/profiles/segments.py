@@ -89,8 +89,8 @@ class StraightSegment:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.profiles.segments import Line
-    >>> Line(start=(0.0, 0.0), end=(4.0, 2.0)).evaluate(np.array([0.5])).y
+    >>> from fecontact.profiles.segments import StraightSegment
+    >>> StraightSegment(start=(0.0, 0.0), end=(4.0, 2.0)).evaluate(np.array([0.5])).y
     array([2.])
     """
 

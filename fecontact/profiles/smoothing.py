@@ -67,7 +67,7 @@ def frame_on_reference(reference: Profile, registration: Registration, points: F
 
     Returns
     -------
-    Held or None
+    SmoothingFrame or None
         Points with their deviations from the reference; None if less than 80 % of the points are over the reference.
     """
     feet = find_foot_points(reference, registration.to_reference(points))
@@ -95,7 +95,7 @@ def frame_on_chords(points: Floats) -> SmoothingFrame:
 
     Returns
     -------
-    Held
+    SmoothingFrame
         Points without a nominal profile.
     """
     s = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))))
@@ -131,7 +131,7 @@ def slide_along_nominal(frame: SmoothingFrame, filter_mm: float) -> SmoothingFra
 
     Returns
     -------
-    Held
+    SmoothingFrame
         Points with new positions and deviations; `frame` itself without a nominal profile.
     """
     if not frame.reference:

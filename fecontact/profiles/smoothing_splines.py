@@ -48,10 +48,10 @@ def fit_smoothing_spline(s_mm: Floats, values: Floats, filter_mm: float, relativ
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.profiles.smoothing_splines import smoothed_by
+    >>> from fecontact.profiles.smoothing_splines import fit_smoothing_spline
     >>> s = np.arange(0.0, 401.0, 0.5)
     >>> wave = np.sin(2.0 * np.pi * s / 8.0)[:, None]
-    >>> round(float(smoothed_by(s, wave, 8.0)(202.0)[0]), 2)
+    >>> round(float(fit_smoothing_spline(s, wave, 8.0)(202.0)[0]), 2)
     0.5
     """
     from scipy.interpolate import PPoly

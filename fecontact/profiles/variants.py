@@ -269,7 +269,7 @@ def _redraw_noise(profile: Profile, measured: SmoothingResult, number: int) -> S
 
     Returns
     -------
-    Measured
+    SmoothingResult
         Smoothing of the new points.
     """
     points, normals = _evaluate_normals(profile, measured.s_mm)

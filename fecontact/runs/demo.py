@@ -43,8 +43,8 @@ def compute_exact_peak_MPa() -> float:
 
     Examples
     --------
-    >>> from fecontact.runs.demo import exact_peak_MPa
-    >>> round(exact_peak_MPa())
+    >>> from fecontact.runs.demo import compute_exact_peak_MPa
+    >>> round(compute_exact_peak_MPa())
     1068
     """
     return float(

@@ -37,7 +37,7 @@ def study_pair(study: Study, rows: Sequence[Row]) -> DrawnCase | None:
 
     Returns
     -------
-    ShownPair or None
+    DrawnCase or None
         The pair; None without a usable case.
     """
     for row in rows_by_utilisation(_select_usable(rows), 1):

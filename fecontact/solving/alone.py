@@ -83,7 +83,7 @@ def evaluate_theory(case: Case, name: str) -> TheoryEvaluation:
 
     Returns
     -------
-    TheoryAlone
+    TheoryEvaluation
         Contact by the theory, or the reason why there is none.
 
     Raises
@@ -96,8 +96,8 @@ def evaluate_theory(case: Case, name: str) -> TheoryEvaluation:
     Examples
     --------
     >>> import fecontact
-    >>> from fecontact.solving.alone import theory_alone
-    >>> theory_alone(fecontact.Case(), "strip").status
+    >>> from fecontact.solving.alone import evaluate_theory
+    >>> evaluate_theory(fecontact.Case(), "strip").status
     'solved'
     """
     placement = place_case(case)
@@ -119,7 +119,7 @@ def evaluate_loaded_theory(loaded: LoadedPlacement, name: str) -> TheoryEvaluati
 
     Returns
     -------
-    TheoryAlone
+    TheoryEvaluation
         Contact by the theory, or the reason why there is none.
 
     Raises
@@ -212,7 +212,7 @@ def iterate_table_rows(
 
     Yields
     ------
-    TableLine
+    ContactTableRow
         Line with its problem if a wheel cannot stand, or if no ellipse fits.
     """
     needs_placement_per_load = case.roll == "loaded" and case.roll_load_N is None

@@ -130,7 +130,7 @@ def enlarge_room(room: ZoneMargin, nodal: Rung, expected: ExpectedPatch, bands: 
 
     Returns
     -------
-    Room
+    ZoneMargin
         Equal to `room` if the contact is not near an edge.
     """
     is_in_contact = nodal.pressure_MPa > 0.0

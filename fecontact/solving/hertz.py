@@ -65,7 +65,7 @@ def compute_hertz_points(case: Case, placement: Placement) -> HertzAtContactPoin
 
     Returns
     -------
-    HertzPoints
+    HertzAtContactPoints
         Each contact point with the whole load, and all contact points sharing the load.
     """
     return solve_hertz_points(

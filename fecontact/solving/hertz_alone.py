@@ -51,7 +51,7 @@ def evaluate_hertz(case: Case) -> HertzEvaluation:
 
     Returns
     -------
-    HertzAlone
+    HertzEvaluation
         Ellipse, contact points and uncertainty from the profiles.
 
     Raises
@@ -62,8 +62,8 @@ def evaluate_hertz(case: Case) -> HertzEvaluation:
     Examples
     --------
     >>> import fecontact
-    >>> from fecontact.solving.hertz_alone import hertz_alone
-    >>> round(hertz_alone(fecontact.Case()).hertz.p0_MPa)
+    >>> from fecontact.solving.hertz_alone import evaluate_hertz
+    >>> round(evaluate_hertz(fecontact.Case()).hertz.p0_MPa)
     773
     """
     placement = place_case(case)

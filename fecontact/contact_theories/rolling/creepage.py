@@ -329,9 +329,9 @@ def combine_materials(friction: float, first: Material, second: Material) -> Rol
     Examples
     --------
     >>> from fecontact.bodies import Material
-    >>> from fecontact.contact_theories.rolling.creepage import rolling_pair
+    >>> from fecontact.contact_theories.rolling.creepage import combine_materials
     >>> steel = Material.from_shear(shear_MPa=80e3, poisson=0.28)
-    >>> round(rolling_pair(0.3, steel, steel).shear_MPa)
+    >>> round(combine_materials(0.3, steel, steel).shear_MPa)
     80000
     """
     shear = 2.0 / (1.0 / first.shear_MPa + 1.0 / second.shear_MPa)

@@ -44,8 +44,8 @@ def saturate(e: float) -> float:
 
     Examples
     --------
-    >>> from fecontact.contact_theories.rolling.saturation import saturation
-    >>> saturation(0.0), round(saturation(1.5), 3), saturation(3.0)
+    >>> from fecontact.contact_theories.rolling.saturation import saturate
+    >>> saturate(0.0), round(saturate(1.5), 3), saturate(3.0)
     (0.0, 0.875, 1.0)
     """
     return 1.0 - (1.0 - min(e, 3.0) / 3.0) ** 3

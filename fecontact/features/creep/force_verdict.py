@@ -128,7 +128,7 @@ class RollingLoad:
 
         Returns
         -------
-        JudgedForce
+        ForceJudgement
             Judgement by the first resolved pair, or by the last pair.
         """
         screened = {trial_creepages: screening(trial_creepages) for trial_creepages in self.judged_creepages}
@@ -218,7 +218,7 @@ def judge_hertz_force(load: JudgedLoad, placement: Placement, creep: Creep | Non
 
     Returns
     -------
-    JudgedForce
+    ForceJudgement
         Verdict on Hertz, with its deviations over mu N.
     """
     return judge_hertz_ellipse(build_rolling_load(load, placement, creep or load.case.creep))
@@ -237,7 +237,7 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> ForceJudgement:
 
     Returns
     -------
-    JudgedForce
+    ForceJudgement
         Verdict; if the limit is exceeded, with a cause.
     """
 
@@ -323,8 +323,8 @@ def list_creepages(largest: float, spin_per_mm: float) -> Sequence[Creepages]:
 
     Examples
     --------
-    >>> from fecontact.features.creep.force_verdict import creepage_range
-    >>> creepages = creepage_range(0.01, 0.0)
+    >>> from fecontact.features.creep.force_verdict import list_creepages
+    >>> creepages = list_creepages(0.01, 0.0)
     >>> len(creepages), creepages[0].xi, round(creepages[-8].xi, 12)
     (64, 0.0001, 0.01)
     """

@@ -83,9 +83,9 @@ def make_ellipse_patch(contact: RollingEllipse) -> CreepPatch:
     Examples
     --------
     >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
-    >>> from fecontact.features.creep.forces import ellipse_patch
+    >>> from fecontact.features.creep.forces import make_ellipse_patch
     >>> contact = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.3)
-    >>> patch = ellipse_patch(contact)
+    >>> patch = make_ellipse_patch(contact)
     >>> patch.centre_mm, round(patch.cells.normal_force_N)
     ((0.0, 0.0), 80000)
     """
@@ -153,9 +153,9 @@ def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageFie
     A longitudinal creepage causes a braking force of at most mu N.
 
     >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
-    >>> from fecontact.features.creep.forces import creep_force, ellipse_patch
+    >>> from fecontact.features.creep.forces import calculate_creep_force, make_ellipse_patch
     >>> contact = RollingEllipse(a_mm=8.0, b_mm=4.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.3)
-    >>> force = creep_force("polach", ellipse_patch(contact), Creepages(xi=1e-3))
+    >>> force = calculate_creep_force("polach", make_ellipse_patch(contact), Creepages(xi=1e-3))
     >>> -contact.limit_N < force.fx_N < 0.0
     True
     """
@@ -239,10 +239,10 @@ def calculate_wheelset_creepages(placement: Placement, speed_ratio: float = 1.0)
     Examples
     --------
     >>> from fecontact.case import Case
-    >>> from fecontact.features.creep.forces import wheelset_creepages
+    >>> from fecontact.features.creep.forces import calculate_wheelset_creepages
     >>> from fecontact.solving.placing import place_case
     >>> placement = place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, load_N=100e3))
-    >>> round(wheelset_creepages(placement, speed_ratio=1.002).xi, 9)
+    >>> round(calculate_wheelset_creepages(placement, speed_ratio=1.002).xi, 9)
     -0.002
     """
     wheel, touch = placement.wheel, placement.first
@@ -319,10 +319,10 @@ def calculate_slip_off_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floa
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.features.creep.forces import slip_beside_plane
+    >>> from fecontact.features.creep.forces import calculate_slip_off_plane
     >>> s_mm, angular_velocity = np.array([-5.0, 0.0, 5.0]), np.array([0.0, 1.0 / 460.0, 0.0])
     >>> straight = np.stack([0.0 * s_mm, s_mm, 0.0 * s_mm], axis=1)
-    >>> slip_beside_plane(straight, s_mm, angular_velocity, np.array([0.0, 0.0, 1.0])).tolist()
+    >>> calculate_slip_off_plane(straight, s_mm, angular_velocity, np.array([0.0, 0.0, 1.0])).tolist()
     [0.0, 0.0, 0.0]
     """
     return np.asarray(np.cross(turning_per_mm, arms_mm)[:, 0] + float(turning_per_mm @ normal) * s_mm)

@@ -89,8 +89,8 @@ def solve_friction(
 
     >>> import numpy as np
     >>> from fecontact.features.creep.friction import solve_friction
-    >>> from fecontact.features.creep.tangential_response import rolling_response
-    >>> response = rolling_response(8, 8, 1.0, 1.0, shear_MPa=80e3, poisson=0.3)
+    >>> from fecontact.features.creep.tangential_response import make_rolling_response
+    >>> response = make_rolling_response(8, 8, 1.0, 1.0, shear_MPa=80e3, poisson=0.3)
     >>> rigid_slip = np.stack([np.full((8, 8), 1e-6), np.zeros((8, 8))])
     >>> solution = solve_friction(response, rigid_slip, np.full((8, 8), 300.0))
     >>> solution.status, bool(solution.slips.any())

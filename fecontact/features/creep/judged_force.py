@@ -58,15 +58,15 @@ def judge_force(decided: Sequence[ForceDeviation], limit: float, *, usable: bool
 
     Returns
     -------
-    JudgedForce
+    ForceJudgement
         Verdict, deviation and uncertainty over mu N by `FORCE_MEASURE`, and all deviations from the worst to the best.
 
     Examples
     --------
     >>> from fecontact.contact_theories.rolling.creepage import Creepages
-    >>> from fecontact.features.creep.judged_force import ForceAt, judged_force
-    >>> deviation = ForceAt(creepages=Creepages(xi=1e-3), deviation_of_muN=0.08, uncertainty_of_muN=0.01)
-    >>> judged_force([deviation], 0.05).verdict.answer
+    >>> from fecontact.features.creep.judged_force import ForceDeviation, judge_force
+    >>> deviation = ForceDeviation(creepages=Creepages(xi=1e-3), deviation_of_muN=0.08, uncertainty_of_muN=0.01)
+    >>> judge_force([deviation], 0.05).verdict.answer
     'FAILS'
     """
     answers = [

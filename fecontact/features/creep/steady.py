@@ -118,8 +118,8 @@ def discretise_ellipse(
 
     Examples
     --------
-    >>> from fecontact.features.creep.steady import ellipse_cells
-    >>> cells = ellipse_cells(8.0, 4.0, 80e3, cells=24)
+    >>> from fecontact.features.creep.steady import discretise_ellipse
+    >>> cells = discretise_ellipse(8.0, 4.0, 80e3, cells=24)
     >>> round(cells.normal_force_N), round(cells.area_mm2, 0), cells.pressure_MPa.shape
     (80000, 100.0, (24, 24))
     """
@@ -238,10 +238,10 @@ def solve_steady_rolling(
 
     >>> from fecontact.bodies import RollingPair
     >>> from fecontact.contact_theories.rolling.creepage import Creepages
-    >>> from fecontact.features.creep.steady import ellipse_cells, steady_rolling
-    >>> cells = ellipse_cells(8.0, 4.0, 80e3, cells=16)
+    >>> from fecontact.features.creep.steady import discretise_ellipse, solve_steady_rolling
+    >>> cells = discretise_ellipse(8.0, 4.0, 80e3, cells=16)
     >>> pair = RollingPair(friction=0.3, shear_MPa=80e3, poisson=0.3)
-    >>> solution = steady_rolling(cells, Creepages(xi=1e-3), pair)
+    >>> solution = solve_steady_rolling(cells, Creepages(xi=1e-3), pair)
     >>> solution.status, -0.3 * 80e3 < solution.force.fx_N < 0.0
     ('converged', True)
     """

@@ -39,8 +39,8 @@ def integrate_cerruti(x: Floats, y: Floats, step_x: float, step_y: float, poisso
     Far from the rectangle, on the x axis, the integrals tend to 1/r and (1 - nu)/r times the area.
 
     >>> import numpy as np
-    >>> from fecontact.features.creep.tangential_response import cerruti_influence
-    >>> xx, yy, xy = cerruti_influence(np.array(50.0), np.array(0.0), 1.0, 1.0, 0.3)
+    >>> from fecontact.features.creep.tangential_response import integrate_cerruti
+    >>> xx, yy, xy = integrate_cerruti(np.array(50.0), np.array(0.0), 1.0, 1.0, 0.3)
     >>> round(float(xx) * 50.0, 3), round(float(yy) * 50.0, 3), abs(float(xy)) < 1e-12
     (1.0, 0.7, True)
     """

@@ -545,8 +545,8 @@ def compute_nadal_limit(angle_rad: float, friction: float) -> float:
     Examples
     --------
     >>> import math
-    >>> from fecontact.features.curves.curve import nadal_limit
-    >>> round(nadal_limit(math.radians(70.0), 0.3), 3)
+    >>> from fecontact.features.curves.curve import compute_nadal_limit
+    >>> round(compute_nadal_limit(math.radians(70.0), 0.3), 3)
     1.342
     """
     flange_slope = math.tan(angle_rad)

@@ -122,8 +122,8 @@ def solve_newton(
     --------
     >>> from types import SimpleNamespace
     >>> import numpy as np
-    >>> from fecontact.features.curves.newton import newton
-    >>> state, _, _ = newton(
+    >>> from fecontact.features.curves.newton import solve_newton
+    >>> state, _, _ = solve_newton(
     ...     lambda x: SimpleNamespace(residual_N=x**2 - 2.0),
     ...     lambda x: np.diag(2.0 * x),
     ...     np.array([1.0]),

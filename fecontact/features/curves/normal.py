@@ -378,7 +378,7 @@ def solve_normal_contact(
     A ball of radius 460 mm that is 0.1 mm deep in a plane carries 104.3 kN by Hertz:
 
     >>> import numpy as np
-    >>> from fecontact.features.curves.normal import Overlap, normal_theory, press
+    >>> from fecontact.features.curves.normal import Overlap, normal_theory, solve_normal_contact
     >>> s = np.arange(-12.0, 12.05, 0.1)
     >>> overlap = Overlap(
     ...     s_mm=s,
@@ -387,7 +387,7 @@ def solve_normal_contact(
     ...     angle_rad=0.0 * s,
     ...     radius_mm=np.full(s.size, 460.0),
     ... )
-    >>> (patch,) = press(overlap, normal_theory("hertz"), 115385.0)
+    >>> (patch,) = solve_normal_contact(overlap, normal_theory("hertz"), 115385.0)
     >>> round(1e-3 * float(patch.force_N_per_mm @ patch.width_mm), 1)
     104.3
     """

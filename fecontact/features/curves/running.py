@@ -71,7 +71,7 @@ def curve(
 
     Returns
     -------
-    Curves
+    CurveResults
         Positions and forces of all wheels, differences between theories, stability on straight track, and positions on
         the map.
 

@@ -289,9 +289,9 @@ def compute_rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tupl
     A wheelset that rolls on its nominal radius has no slip:
 
     >>> import numpy as np
-    >>> from fecontact.features.curves.wheel_forces import Motion, rigid_slip
+    >>> from fecontact.features.curves.wheel_forces import Motion, compute_rigid_slip
     >>> motion = Motion(place=np.array([0.0, 460.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0)
-    >>> velocity, _ = rigid_slip(np.array([[0.0, 750.0, -460.0]]), motion, 460.0)
+    >>> velocity, _ = compute_rigid_slip(np.array([[0.0, 750.0, -460.0]]), motion, 460.0)
     >>> bool(np.abs(velocity).max() < 1e-12)
     True
     """

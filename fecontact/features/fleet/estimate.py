@@ -123,8 +123,8 @@ def find_exact_limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.features.fleet.estimate import limits
-    >>> low, high = limits(np.array([0.0]), np.array([20.0]))
+    >>> from fecontact.features.fleet.estimate import find_exact_limits
+    >>> low, high = find_exact_limits(np.array([0.0]), np.array([20.0]))
     >>> float(low[0]), round(float(high[0]), 4)
     (0.0, 0.1684)
     """
@@ -200,7 +200,7 @@ def estimate_share(strata: Sequence[Stratum], answers: Collection[str]) -> Share
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.features.fleet.estimate import Stratum, share_of
+    >>> from fecontact.features.fleet.estimate import Stratum, estimate_share
     >>> stratum = Stratum(
     ...     name="near",
     ...     weight=1.0,
@@ -210,7 +210,7 @@ def estimate_share(strata: Sequence[Stratum], answers: Collection[str]) -> Share
     ...     weights=np.full(4, 0.001),
     ...     inclusion=np.full(4, 0.004),
     ... )
-    >>> share = share_of([stratum], {"HOLDS"})
+    >>> share = estimate_share([stratum], {"HOLDS"})
     >>> share.estimate, share.low < 0.75 < share.high
     (0.75, True)
     """
@@ -244,9 +244,9 @@ def find_draw_scale(weights: Floats, draws: int) -> float:
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.features.fleet.estimate import draw_scale
+    >>> from fecontact.features.fleet.estimate import find_draw_scale
     >>> weights = np.array([0.7, 0.1, 0.1, 0.1])
-    >>> np.minimum(1.0, draw_scale(weights, 2) * weights).round(3).tolist()
+    >>> np.minimum(1.0, find_draw_scale(weights, 2) * weights).round(3).tolist()
     [1.0, 0.333, 0.333, 0.333]
     """
     if draws >= weights.size:
@@ -289,9 +289,9 @@ def allocate_draws(
     Examples
     --------
     >>> import numpy as np
-    >>> from fecontact.features.fleet.estimate import allocation
+    >>> from fecontact.features.fleet.estimate import allocate_draws
     >>> none_drawn = np.array([0, 0])
-    >>> allocation(np.array([0.9, 0.1]), np.array([0.98, 0.5]), np.array([900, 100]), none_drawn, 100).tolist()
+    >>> allocate_draws(np.array([0.9, 0.1]), np.array([0.98, 0.5]), np.array([900, 100]), none_drawn, 100).tolist()
     [81, 19]
     """
     spread = weights * np.sqrt(shares * (1.0 - shares))

@@ -170,8 +170,8 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
 
     Examples
     --------
-    >>> from fecontact.features.fleet.model import shares
-    >>> shares([("b", 1.0), ("a", 2.0), ("b", 1.0)], "weights")
+    >>> from fecontact.features.fleet.model import normalise_weights
+    >>> normalise_weights([("b", 1.0), ("a", 2.0), ("b", 1.0)], "weights")
     {'a': 0.5, 'b': 0.5}
     """
     weights: dict[Any, float] = {}

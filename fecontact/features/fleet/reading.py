@@ -145,7 +145,7 @@ class ReadingProfile:
 
         Returns
         -------
-        Made
+        WorkResult
             Nothing beside the files.
 
         Raises

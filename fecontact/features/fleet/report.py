@@ -69,8 +69,8 @@ def format_percent(share: float) -> str:
 
     Examples
     --------
-    >>> from fecontact.features.fleet.report import percent
-    >>> [percent(share) for share in (0.634, 0.0034, 0.9987, 0.0, 1.0)]
+    >>> from fecontact.features.fleet.report import format_percent
+    >>> [format_percent(share) for share in (0.634, 0.0034, 0.9987, 0.0, 1.0)]
     ['63', '0.34', '99.87', '0', '100']
     """
     value = 1e2 * share

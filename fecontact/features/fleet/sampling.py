@@ -73,7 +73,7 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
 
     Returns
     -------
-    Drawn
+    FleetSample
         Rows of the positions with stratum, weight and inclusion probability.
 
     Raises

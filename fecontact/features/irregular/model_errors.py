@@ -189,7 +189,7 @@ def solve_reference(
 
     Returns
     -------
-    Truth
+    ReferenceContact
         Contact on the half-space.
 
     Raises
@@ -227,9 +227,9 @@ def judge_place(pair: SmoothBodies, normal_force_N: float, irregularity: Irregul
     Examples
     --------
     >>> from fecontact.features.irregular.model_errors import judge_place
-    >>> from fecontact.features.irregular.models import Pair
+    >>> from fecontact.features.irregular.models import SmoothBodies
     >>> from fecontact.placement.irregularity import Irregularity
-    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> pair = SmoothBodies(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
     >>> wave = Irregularity(kind="sine", wavelength_mm=60.0, amplitude_mm=0.01)
     >>> judge_place(pair, 1e5, wave, 0.0).models["eq6"].holds()
     True

@@ -311,8 +311,8 @@ def estimate_fitted(place: IrregularPlace) -> ModelEstimate:
 
     Examples
     --------
-    >>> from fecontact.features.irregular.models import IrregularPlace, Pair, estimate_fitted
-    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> from fecontact.features.irregular.models import IrregularPlace, SmoothBodies, estimate_fitted
+    >>> pair = SmoothBodies(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
     >>> smooth = IrregularPlace(pair=pair, opening=lambda x: 0.0 * x, reach_mm=15.0, normal_force_N=1e5)
     >>> estimate = estimate_fitted(smooth)
     >>> abs(estimate.p_max_MPa / smooth.hertz.p0_MPa - 1.0) < 1e-6
@@ -490,8 +490,8 @@ def compute_filter_factor(wave_number_per_mm: float, half_length_mm: float) -> f
     Examples
     --------
     >>> import math
-    >>> from fecontact.features.irregular.models import filter_of
-    >>> round(filter_of(2.0 * math.pi / 60.0, 6.0), 3)
+    >>> from fecontact.features.irregular.models import compute_filter_factor
+    >>> round(compute_filter_factor(2.0 * math.pi / 60.0, 6.0), 3)
     0.935
     """
     phase = wave_number_per_mm * half_length_mm
@@ -527,9 +527,9 @@ def compute_eq6_limits(
 
     Examples
     --------
-    >>> from fecontact.features.irregular.models import Pair, eq6_limits
-    >>> pair = Pair(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
-    >>> limits = eq6_limits(pair, 1e5, 60.0)
+    >>> from fecontact.features.irregular.models import SmoothBodies, compute_eq6_limits
+    >>> pair = SmoothBodies(A_per_mm=1 / 920, B_per_mm=1 / 600, contact_modulus_MPa=115385.0)
+    >>> limits = compute_eq6_limits(pair, 1e5, 60.0)
     >>> round(limits.patch_mm, 3), round(limits.slope_mm, 3), round(limits.peak_mm, 3)
     (0.038, 0.037, 0.032)
     """
@@ -559,8 +559,8 @@ def compute_peak_exponent(pair: SmoothBodies) -> float:
 
     Examples
     --------
-    >>> from fecontact.features.irregular.models import Pair, peak_exponent
-    >>> round(peak_exponent(Pair(A_per_mm=1e-3, B_per_mm=1e-3, contact_modulus_MPa=115385.0)), 4)
+    >>> from fecontact.features.irregular.models import SmoothBodies, compute_peak_exponent
+    >>> round(compute_peak_exponent(SmoothBodies(A_per_mm=1e-3, B_per_mm=1e-3, contact_modulus_MPa=115385.0)), 4)
     0.3333
     """
     log_peak_up, log_peak_down = (

@@ -80,7 +80,7 @@ def read_columns(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoin
 
     Returns
     -------
-    Points
+    ProfilePoints
         Unchecked points in mm.
 
     Raises
@@ -105,7 +105,7 @@ def parse_points(text: str, name: str, source: ColumnSource) -> ProfilePoints:
 
     Returns
     -------
-    Points
+    ProfilePoints
         Unchecked points in mm.
 
     Raises
@@ -204,7 +204,7 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
 
     Returns
     -------
-    Table
+    ColumnTable
         Columns in the unit of the text.
 
     Raises
@@ -573,7 +573,7 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
 
     Returns
     -------
-    Points
+    ProfilePoints
         Unchecked points in mm.
 
     Raises
@@ -962,7 +962,7 @@ def read_simpack(path: Path, reading: Reading) -> ProfilePoints:
 
     Returns
     -------
-    Points
+    ProfilePoints
         Unchecked points in mm.
 
     Raises
