@@ -182,7 +182,7 @@ def tell_cost(
     how
         Options of the run.
     files, further
-        As for `cost_of`.
+        As for `estimate_cost`.
     laws
         Whether laws of creep forces are judged if there is friction.
     """

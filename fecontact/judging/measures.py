@@ -346,7 +346,7 @@ def compute_hertz_deviations(rung: Rung, hertz: HertzContact) -> dict[str, float
 # The valley and the misplaced load both need these pressures.
 @lru_cache(maxsize=4)
 def _aligned_pressures(rung: Rung, theory: TheoryContact) -> tuple[Floats, Floats, Floats]:
-    """Pressures of contact and theory with their weights, from `Approximation.beside`.
+    """Pressures of contact and theory with their weights, from `TheoryContact.beside`.
 
     A theory with a single patch is moved to the contact's centre of pressure.
     """

@@ -114,9 +114,9 @@ class SolutionQuality:
     parting, shared
         Whether patches just separate, and whether several separate patches share the load.
     skew
-        Lateral skewness of the pressure (-), from `skew_of`.
+        Lateral skewness of the pressure (-), from `compute_skewness`.
     more_nodes
-        Change of some measures on more nodes (-), from `changes_on_more_nodes`.
+        Change of some measures on more nodes (-), from `compare_with_more_nodes`.
     joined_share
         Load fraction of the lobe with the measured peak, if other lobes are joined to it (-); else 1.
     turned_force

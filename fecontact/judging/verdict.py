@@ -465,7 +465,7 @@ class PlasticVerdict:
     step_uncertainty
         Uncertainty of the ladder step `bodies_to_plastic` (-), by the name of the measure, for an exact yield stress.
     band
-        Plastic step of each measure (-) with a yield stress that is lower and higher by `YIELD_BAND`.
+        Plastic step of each measure (-) with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`.
     judgements
         Hertz on each side of the contact point compared with bodies that yield, by the name of the theory.
     verdict

@@ -270,7 +270,7 @@ def compare_tables(
     baseline, new
         Tables with equal names for equal cases, unless `match` is given.
     tolerances
-        Tolerances; `KINDS` if not given.
+        Tolerances; `TOLERANCES_BY_KIND` if not given.
     match
         Columns, or their short forms, by which cases of both tables are matched instead of by name. These columns are
         not compared.

@@ -194,8 +194,8 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     Raises
     ------
     InputError
-        For inputs that cannot be solved, with value, range and remedy; `NotEnoughMemory` if the machine has too little
-        memory.
+        For inputs that cannot be solved, with value, range and remedy; `MemoryShortageError` if the machine has too
+        little memory.
     """
     case.creep.refuse_unheard()
     position = expect_position(case, progress=progress)

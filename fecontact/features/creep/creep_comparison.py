@@ -70,8 +70,8 @@ class CreepComparison:
         Creepages at the centre of pressure of the real patch: spin about the touch point moves this centre along. Over
         curved surfaces their mean over the load.
     curved, surface_of_muN
-        Whether the creepages on the real patch follow the curved surfaces (`curved_creepages`), and the largest change
-        of FASTSIM's force by the curved surfaces, over mu N, over the creepages of the verdict.
+        Whether the creepages on the real patch follow the curved surfaces (`calculate_curved_creepages`), and the
+        largest change of FASTSIM's force by the curved surfaces, over mu N, over the creepages of the verdict.
     theories
         Forces of each theory.
     verdict

@@ -21,7 +21,8 @@ STRIP_UNCERTAINTY = {
     **{"p_max_MPa": 0.005, "area_mm2": 0.01, "a_mm": 0.02, "b_mm": 0.01},
     **{"centre_over_b": 0.01, "valley": 0.01, "separate_load": 0.0005, "misplaced_load": 0.01},
 }
-# Number of nodes on the narrowest semi-axis of a half-space, and the factor of its uncertainty relative to `FLOORS`.
+# Number of nodes on the narrowest semi-axis of a half-space, and the factor of its uncertainty relative to
+# `READING_UNCERTAINTY`.
 SCREENING_NODES, COARSE_FACTOR = 16, 4.0
 # Number of points along and across at which the pressures of two theories are compared.
 _POINTS_ALONG, POINTS_ACROSS = 24, 160

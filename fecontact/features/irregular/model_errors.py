@@ -195,7 +195,7 @@ def solve_reference(
     Raises
     ------
     InputError, ConvergenceError
-        As in `make_irregular_place` and `contact_on_gap`.
+        As in `make_irregular_place` and `solve_gap_contact`.
     """
     return _solve_reference(make_irregular_place(pair, normal_force_N, irregularity, s_mm), irregularity, s_mm, nodes)
 

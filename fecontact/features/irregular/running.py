@@ -81,7 +81,7 @@ def irregular(
     Raises
     ------
     InputError
-        For inputs out of range, with the allowed range; as in `smooth_pair` and `place_on`.
+        For inputs out of range, with the allowed range; as in `make_smooth_pair` and `make_irregular_place`.
     WorkersLost
         If a process ends early.
     """
