@@ -187,17 +187,16 @@ def _verdict_records(load: JudgedLoad) -> Record:
     The second is None without a yield stress.
     """
     common_entries = {"limits": dict(load.case.criteria.limits), "warnings": list(load.warnings)}
-    elastic_verdict = load.elastic_verdict or load.verdict
-    # if the touch point is at a junction, the side has the deciding curvature
-    deciding_entries = {"limit_used": load.limit_used, "side": load.deciding_side}
-    elastic = {**to_plain(elastic_verdict), **_count_variants(elastic_verdict), **deciding_entries, **common_entries}
+
+    def verdict_record(verdict: Verdict, decider: JudgedLoad | PlasticVerdict) -> Record:
+        """A verdict; at a junction the side is the side of the deciding curvature."""
+        deciding = {"limit_used": decider.deciding.limit_used, "side": decider.deciding_side}
+        return {**to_plain(verdict), **_count_variants(verdict), **deciding, **common_entries}
+
+    elastic = verdict_record(load.deciding.verdict, load)
     if load.plastic is None:
         return {"verdict": elastic, "elastic_verdict": None}
-    deciding_entries = {"limit_used": load.plastic.deciding.limit_used, "side": load.plastic.deciding_side}
-    return {
-        "verdict": {**to_plain(load.verdict), **_count_variants(load.verdict), **deciding_entries, **common_entries},
-        "elastic_verdict": elastic,
-    }
+    return {"verdict": verdict_record(load.verdict, load.plastic), "elastic_verdict": elastic}
 
 
 def _count_variants(verdict: Verdict) -> Record:
@@ -336,9 +335,7 @@ def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
         "bodies": to_plain(plastic_verdict.yielded.bodies),
         "path": to_plain(plastic_verdict.yielded.path),
         HERTZ: select_attributes(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
-        | select_attributes(plastic_verdict, "cancelling")
-        # if the touch point is at a junction, the side has the deciding curvature
-        | ({"side": plastic_verdict.deciding_side} if len(plastic_verdict.judgements) > 1 else {}),
+        | select_attributes(plastic_verdict, "cancelling"),
     }
 
 
