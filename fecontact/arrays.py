@@ -1,4 +1,4 @@
-"""Type aliases of NumPy arrays."""
+"""Type aliases of NumPy arrays, and runs of true values in a mask."""
 
 from typing import TypeAlias
 
@@ -9,3 +9,30 @@ Floats: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Complexes: TypeAlias = NDArray[np.complex128]
 Bools: TypeAlias = NDArray[np.bool_]
+
+
+def find_runs(is_selected: Bools) -> list[tuple[int, int]]:
+    """First and last index of each unbroken run of true values.
+
+    Parameters
+    ----------
+    is_selected (n,)
+        Mask of positions.
+
+    Returns
+    -------
+    list of (int, int)
+        Indices of each run, both included.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.arrays import find_runs
+    >>> find_runs(np.array([True, True, False, True]))
+    [(0, 1), (3, 3)]
+    """
+    indices = np.flatnonzero(is_selected)
+    if indices.size == 0:
+        return []
+    runs = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
+    return [(int(run[0]), int(run[-1])) for run in runs]

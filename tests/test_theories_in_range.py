@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 from scipy.special import elliprf
 
+from fecontact.arrays import find_runs
 from fecontact.case import Case
 from fecontact.contact_theories.approximation import TheoryContact
-from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine, find_runs
+from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
 from fecontact.contact_theories.registry import THEORIES, LoadedPlacement, find_gap_line

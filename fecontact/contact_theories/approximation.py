@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact.patch import measure_patch
-from fecontact.contact_theories.gap_line import StripContact, TheoryStatus, find_runs
+from fecontact.contact_theories.gap_line import StripContact, TheoryStatus
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.placement.poses import ContactPoint
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.arrays import find_runs
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
     end_notes,
     find_crossings_mm,
-    find_runs,
 )
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION

@@ -6,7 +6,7 @@ Theories find the contact in strips along the rail from this gap line.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from typing import Literal
@@ -256,33 +256,6 @@ def _run_around(is_selected: NDArray[np.bool_], index: int) -> slice:
     low = int(false_indices[next_false - 1]) + 1 if next_false > 0 else 0
     high = int(false_indices[next_false]) if next_false < false_indices.size else is_selected.size
     return slice(low, high)
-
-
-def find_runs(is_selected: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """First and last index of each unbroken run of true values.
-
-    Parameters
-    ----------
-    is_selected (n,)
-        Mask of positions.
-
-    Returns
-    -------
-    list of (int, int)
-        Indices of each run, both included.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from fecontact.contact_theories.gap_line import find_runs
-    >>> find_runs(np.array([True, True, False, True]))
-    [(0, 1), (3, 3)]
-    """
-    indices = np.flatnonzero(is_selected)
-    if indices.size == 0:
-        return []
-    runs: Iterable[Floats] = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
-    return [(int(run[0]), int(run[-1])) for run in runs]
 
 
 def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[int, int]) -> tuple[float, float]:

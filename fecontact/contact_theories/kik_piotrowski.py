@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import ellipe, ellipkm1
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
     end_notes,
     find_crossings_mm,
-    find_runs,
     interpolate_gap,
 )
 from fecontact.contact_theories.hertz import calculate_ellipse_shape

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.arrays import find_runs
 from fecontact.contact_theories.gap_line import (
     MIN_B_PER_MM,
     GapLine,
@@ -11,7 +12,6 @@ from fecontact.contact_theories.gap_line import (
     build_strip_contact,
     end_notes,
     find_crossings_mm,
-    find_runs,
 )
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import find_pressure_factor

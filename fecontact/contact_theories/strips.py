@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
@@ -131,7 +131,7 @@ def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     notes = []
     if solution.at_end:
         notes.append("the patch reaches the end of the line; give a longer one")
-    if (turn_rad := _turn_within_patch(line, solution.t, solution.h)) > _MAX_TURN_RAD:
+    if (turn_rad := _turn_within_patch(line, solution.t, half_length)) > _MAX_TURN_RAD:
         notes.append(
             f"the surface turns by {turn_rad:.2f} rad within a patch; one plane is enough up to {_MAX_TURN_RAD:g} rad"
         )
@@ -150,11 +150,12 @@ def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     )
 
 
-def _turn_within_patch(line: GapLine, t_mm: Floats, width_mm: Floats) -> float:
-    """Largest turn (rad) of the surface between the ends of a patch of adjacent strips."""
+def _turn_within_patch(line: GapLine, t_mm: Floats, half_length_mm: Floats) -> float:
+    """Largest turn (rad) of the surface between the first and the last strip of a patch."""
     turned_rad = np.interp(t_mm, line.surface_mm, line.turned_rad)
-    ends = np.flatnonzero(np.diff(t_mm) > 0.75 * (width_mm[:-1] + width_mm[1:])) + 1
-    return max(float(np.ptp(patch)) for patch in np.split(turned_rad, ends))
+    return max(
+        (float(np.ptp(turned_rad[first : last + 1])) for first, last in find_runs(half_length_mm > 0.0)), default=0.0
+    )
 
 
 def build_gap_line_under_load(placement: Placement, normal_force_N: float, *, contact_modulus_MPa: float) -> GapLine:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
-import numpy as np
-
+from fecontact.arrays import find_runs
 from fecontact.contact.grid import Rung
 
 PATCH_LOADS_LIMIT = 1.0
@@ -62,10 +62,8 @@ def find_free_strips_mm(rung: Rung) -> list[float]:
     list of float
         Positions s in mm from the first contact point, from the gauge side on; empty for a single patch.
     """
-    s, pressed = rung.grid.s_mm, np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    last_nodes, first_nodes = pressed[:-1], pressed[1:]
-    is_free_strip = first_nodes - last_nodes > 1
-    return [float(middle) for middle in 0.5 * (s[last_nodes] + s[first_nodes])[is_free_strip]]
+    s_mm, runs = rung.grid.s_mm, find_runs(rung.pressure_MPa.sum(axis=0) > 0.0)
+    return [float(0.5 * (s_mm[last] + s_mm[first])) for (_, last), (first, _) in pairwise(runs)]
 
 
 def compute_load_fractions(rung: Rung, positions_mm: Sequence[float]) -> list[float]:

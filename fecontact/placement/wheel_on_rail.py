@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.bodies import Track, TrackSide
 from fecontact.errors import CoverageError, InputError
 from fecontact.placement.along_track import PlacedIrregularities
@@ -534,13 +534,13 @@ def describe_possible_shifts(place_at: Callable[[float], object]) -> str:
     text
         Ranges of possible shifts, or the statement that there is none.
     """
-    good = [float(shift) for shift in TRIAL_SHIFTS_MM if not isinstance(place_at(float(shift)), str)]
-    if not good:
+    runs = find_runs(np.array([not isinstance(place_at(float(shift)), str) for shift in TRIAL_SHIFTS_MM]))
+    if not runs:
         return "no shift between -40 and 40 mm is possible for this wheel, rail and track"
     # a crane wheel may stand on its tread and beyond the corner of the tread, but not between
     step = float(TRIAL_SHIFTS_MM[1] - TRIAL_SHIFTS_MM[0])
-    ranges = np.split(np.array(good), np.flatnonzero(np.diff(good) > 1.5 * step) + 1)
-    texts = [f"of {run[0]:g} mm" if run.size == 1 else f"between {run[0]:g} and {run[-1]:g} mm" for run in ranges]
+    ends = [(TRIAL_SHIFTS_MM[first], TRIAL_SHIFTS_MM[last]) for first, last in runs]
+    texts = [f"of {low:g} mm" if low == high else f"between {low:g} and {high:g} mm" for low, high in ends]
     return f"shifts {' and '.join(texts)} (in steps of {step:g} mm) are possible"
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact.grid import Rung
+from fecontact.judging.patch_loads import find_free_strips_mm
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.true_gap import TrueGap
 
@@ -34,15 +33,13 @@ def compute_plane_angles(placement: Placement, rung: Rung) -> Floats:
         Angle in rad.
     """
     line_load, s_mm = rung.pressure_MPa.sum(axis=0), rung.grid.s_mm
-    loaded_columns = np.flatnonzero(line_load)
-    patches = np.split(loaded_columns, np.flatnonzero(np.diff(loaded_columns) > 1) + 1)
+    patches = [slice(first, last + 1) for first, last in find_runs(line_load > 0.0)]
     angle = compute_normal_angles(placement, s_mm)
     planes = [
         np.arctan2((line_load * np.sin(angle))[columns].sum(), (line_load * np.cos(angle))[columns].sum())
         for columns in patches
     ]
-    middles_mm = [0.5 * (s_mm[left_patch[-1]] + s_mm[right_patch[0]]) for left_patch, right_patch in pairwise(patches)]
-    return np.array(planes)[np.searchsorted(middles_mm, s_mm)]
+    return np.array(planes)[np.searchsorted(find_free_strips_mm(rung), s_mm)]
 
 
 def compute_normal_angles(placement: Placement, s_mm: Floats) -> Floats:
@@ -73,12 +70,12 @@ def compute_turned_force(true_gap: TrueGap, rung: Rung) -> float:
         Relative excess (-); 0 for separate patches, which have a plane each.
     """
     placement, grid = true_gap.placement, rung.grid
-    loaded_columns = np.flatnonzero(rung.pressure_MPa.any(axis=0))
-    if np.any(np.diff(loaded_columns) > 1):
+    (first, last), *separate_patches = find_runs(rung.pressure_MPa.sum(axis=0) > 0.0)
+    if separate_patches:
         return 0.0
     # Undeformed bodies also overlap outside the patch: up to 1.4 times as far if both are round.
-    spacing_s_mm, count = grid.steps_mm[1], loaded_columns.size
-    s_mm = grid.s_mm[loaded_columns[0]] + spacing_s_mm * np.arange(-count, 2 * count)
+    spacing_s_mm, count = grid.steps_mm[1], last - first + 1
+    s_mm = grid.s_mm[first] + spacing_s_mm * np.arange(-count, 2 * count)
     x_mm = np.concatenate([grid.x_mm, grid.x_mm[-1] + grid.steps_mm[0] * np.arange(1, grid.x_mm.size)])
     x_mm = x_mm if grid.half else np.concatenate([(2.0 * grid.x_mm[0] - x_mm[::-1])[: grid.x_mm.size], x_mm])
     _, normals = placement.surface(0.0, s_mm)

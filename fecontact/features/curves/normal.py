@@ -16,11 +16,11 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact.halfspace import build_half_space_problem
 from fecontact.contact.solver import solve_contact
-from fecontact.contact_theories.gap_line import GapLine, GapLineTheory, find_crossings_mm, find_runs
+from fecontact.contact_theories.gap_line import GapLine, GapLineTheory, find_crossings_mm
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.contact_theories.overlap import overlap_strips
 from fecontact.contact_theories.registry import THEORIES
