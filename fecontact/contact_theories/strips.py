@@ -151,7 +151,7 @@ def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
 
 
 def _turn_within_patch(line: GapLine, t_mm: Floats, half_length_mm: Floats) -> float:
-    """Largest turn (rad) of the surface between the first and the last strip of a patch."""
+    """Largest turn (rad) of the surface between the outer strips of a patch."""
     turned_rad = np.interp(t_mm, line.surface_mm, line.turned_rad)
     return max(
         (float(np.ptp(turned_rad[first : last + 1])) for first, last in find_runs(half_length_mm > 0.0)), default=0.0

@@ -171,16 +171,11 @@ def estimate_uncertainty(
         return None
     change = quality.more_nodes.get(measure, 0.0)
     if measure in _MEASURES_CHECKED_BY_NODES:
-        reading, node_uncertainty = max(reading, _CHECKED_CHANGE_FACTOR * change), 0.0
+        reading = max(reading, _CHECKED_CHANGE_FACTOR * change)
     else:
-        node_uncertainty = _NODE_CHANGE_FACTOR * change
+        reading += _NODE_CHANGE_FACTOR * change
     normal_uncertainty = estimate_turned_force_uncertainty(quality.turned_force) if measure == "p_max_MPa" else 0.0
-    return (
-        reading
-        + node_uncertainty
-        + normal_uncertainty
-        + estimate_step_uncertainty(measure, values, quality, otherwise=otherwise)
-    )
+    return reading + normal_uncertainty + estimate_step_uncertainty(measure, values, quality, otherwise=otherwise)
 
 
 def estimate_reading_uncertainty(measure: str, value: float) -> float | None:

@@ -173,24 +173,6 @@ class Placement:
         wheel_y = (wheel_point - self.wheel.centre_mm) @ self.wheel.axes[:, 1] - self.wheel.tape_circle_y_mm
         return float(self.rail.profile.evaluate(u).y), float(wheel_y), float(self.rail.section(u)[2])
 
-    def bodies_that_end(self, low_s_mm: float, high_s_mm: float) -> tuple[str, ...]:
-        """Bodies with a running surface that is too short between two surface coordinates.
-
-        Parameters
-        ----------
-        low_s_mm, high_s_mm
-            Surface coordinates in mm.
-
-        Returns
-        -------
-        bodies
-            `rail`, `wheel`, both or neither.
-        """
-        ends = [self.on_profiles(0.0, s)[:2] for s in (low_s_mm, high_s_mm)]
-        return tuple(
-            body for body, ys in zip(("rail", "wheel"), zip(*ends, strict=True), strict=True) if np.isnan(ys).any()
-        )
-
     def side_mm(self, s: float) -> float:
         """Distance along the rail's surface from a place to the nearer side of the head.
 
