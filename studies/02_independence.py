@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.case import BodySize, Case
-from fecontact.judging.measures import CUT_PLANE_UNCERTAINTY, read_measures
+from fecontact.judging.measures import UNCERTAINTIES, read_measures
 from fecontact.regression.checks import Check, compare_discretisation
 from fecontact.runs.identity import make_case_id
 from fecontact.solving.expected_patch import find_expected_patch
@@ -31,7 +31,7 @@ from fecontact.solving.position import make_true_gap
 RESOLUTION_PERCENT = {"standard": 0.2, "quick": 0.3}
 MEASURES = {"p_max": "MPa", "area": "mm2", "a": "mm", "b": "mm"}
 # Contribution of the cut planes to the stated uncertainty.
-STATED_PERCENT = {m: 100.0 * CUT_PLANE_UNCERTAINTY[f"{m}_{unit}"] for m, unit in MEASURES.items()}
+STATED_PERCENT = {m: 100.0 * UNCERTAINTIES[f"{m}_{unit}"].cut_planes for m, unit in MEASURES.items()}
 # Hertz's gap on the half-space, with 32 nodes per semi-axis: 0.01 % is reached.
 DISCRETISATION_PERCENT = 0.05
 # A half-space with 32 nodes per semi-axis against one with 96. Peak, a and b reach 0.009, 0.01 and 0.007 %; the area

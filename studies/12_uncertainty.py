@@ -57,15 +57,15 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.meshing import FineZone
 from fecontact.judging.measures import (
-    CUT_PLANE_UNCERTAINTY,
     MEASURES,
+    UNCERTAINTIES,
     read_hertz_measures,
     read_hertz_misfit,
     read_measures,
     read_patch,
 )
 from fecontact.judging.solved_load import compute_skewness, is_barely_separate
-from fecontact.judging.uncertainty import MESH_RATIO, estimate_elements_uncertainty, estimate_uncertainty
+from fecontact.judging.uncertainty import MESH_RATIO, estimate_elements_budget, estimate_uncertainty
 from fecontact.judging.uncertainty import SolutionQuality as Stated
 from fecontact.outputs.style import (
     SERIES_COLOURS,
@@ -777,13 +777,13 @@ def _own_nodes_errors(case: ExactCase, resolution: str, solutions: Sequence[Cont
         case.exact.elements_mm if isinstance(case.contact, Ellipse) else (patch.a_mm, patch.b_mm / len(patch.lobes))
     )
     stated = {
-        name: estimate_elements_uncertainty(
+        name: estimate_elements_budget(
             name,
             [measures[name] for measures in values],
             elements=min(length / step for length, step in zip(lengths, finest.grid.steps_mm, strict=True)),
             compliance_error=solutions[0][3],
             residual=finest.residual,
-        )
+        ).total
         for name in JUDGED
     }
     return _error_row(case, OWN_NODES[int(isinstance(case.contact, Galin))], resolution, values[0], stated)
@@ -811,7 +811,7 @@ def _error_row(
             for name in JUDGED
         },
         stated={
-            name: (stated[name] - CUT_PLANE_UNCERTAINTY[name])
+            name: (stated[name] - UNCERTAINTIES[name].cut_planes)
             * (true[name] / measures[name] if name in MEASURES else 1.0)
             for name in JUDGED
         },
@@ -847,7 +847,7 @@ def real_errors(rows: Sequence[Mapping[str, Any]]) -> list[ErrorRow]:
         for name in JUDGED:
             value, uncertainty, factor = deviation_columns(name)
             true[name] = abs(float(row[value]) - float(best[value])) / factor
-            of_bodies = CUT_PLANE_UNCERTAINTY[name] * (
+            of_bodies = UNCERTAINTIES[name].cut_planes * (
                 abs(1.0 + float(row[value]) / factor) if name in MEASURES else 1.0
             )
             stated[name] = float(row[uncertainty]) / factor - of_bodies

@@ -18,7 +18,7 @@ from fecontact.case import Case
 from fecontact.errors import ConvergenceError, MemoryShortageError
 from fecontact.files import read_json, write_json, write_text
 from fecontact.jobs.workers import WorkResult
-from fecontact.judging.measures import MEASURES, READING_UNCERTAINTY
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES
 from fecontact.judging.verdict import judge
 from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.records.results import input_columns, write_row
@@ -96,11 +96,11 @@ def row(case: Case) -> dict[str, Any]:
         columns[f"fe_{measure}"] = columns[f"hertz_{measure}"] = case.load_N / (3.0 + number)
     # of points that cannot be thinned it is not known how uncertain they leave the peak
     uncertainty = {
-        name: math.nan if name == "p_max_MPa" else 0.01 for name, floor in READING_UNCERTAINTY.items() if floor
+        name: math.nan if name == "p_max_MPa" else 0.01 for name, declared in UNCERTAINTIES.items() if declared.reading
     }
-    verdict = judge(dict.fromkeys(READING_UNCERTAINTY, 0.1), uncertainty, case.criteria)
+    verdict = judge(dict.fromkeys(UNCERTAINTIES, 0.1), uncertainty, case.criteria)
     return columns | {
-        **flatten({"hertz": {"deviation": dict.fromkeys(READING_UNCERTAINTY, 0.1), "uncertainty": uncertainty}}),
+        **flatten({"hertz": {"deviation": dict.fromkeys(UNCERTAINTIES, 0.1), "uncertainty": uncertainty}}),
         "geometry_junction_distance_mm": math.inf,
         "verdict_answer": verdict.answer,
         "verdict_measure": verdict.measure,

@@ -19,7 +19,7 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.judging.measures import (
     MEASURES,
-    READING_UNCERTAINTY,
+    UNCERTAINTIES,
     compute_hertz_deviations,
     read_hertz_misfit,
     read_measures,
@@ -156,7 +156,7 @@ def test_large_lobes_get_fewer_nodes_where_they_would_be_too_many(case, monkeypa
     solution = SolutionQuality(more_nodes=position.more_nodes)
     coarse_measures, exact_measures = (read_measures(rung).as_dict() for rung in (coarse, exact))
     # measured: up to a tenth of what is stated; a length along x 0.3 of it
-    for name in (name for name in MEASURES if READING_UNCERTAINTY[name] is not None):
+    for name in (name for name in MEASURES if UNCERTAINTIES[name].reading is not None):
         assert coarse_measures[name] == pytest.approx(
             exact_measures[name], rel=estimate_uncertainty(name, [coarse_measures[name]] * 2, solution)
         )

@@ -21,10 +21,9 @@ from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import LADDER_STEPS, RUNGS, Ladder
 from fecontact.judging.measures import (
-    COMMON_MESH_ERROR,
-    CUT_PLANE_UNCERTAINTY,
     MEASURES,
     MISFITS,
+    UNCERTAINTIES,
     Measures,
     Misfit,
     compute_hertz_deviations,
@@ -34,7 +33,7 @@ from fecontact.judging.measures import (
     read_patch,
 )
 from fecontact.judging.solved_load import is_barely_separate
-from fecontact.judging.uncertainty import SolutionQuality, estimate_step_uncertainty, estimate_uncertainty
+from fecontact.judging.uncertainty import SolutionQuality, estimate_step_budget, estimate_uncertainty
 from fecontact.outputs.report_words import GLOSSARY
 from fecontact.placement.poses import ContactPoint, RelativeCurvature
 from fecontact.placement.wheel_on_rail import Placement, place
@@ -470,8 +469,8 @@ def test_patches_that_just_part_are_known_less_well(between, free, parting):
     rung = two_lobes(between, free)
     assert is_barely_separate(rung) == parting
     # b was off by 1.07 of the change there
-    change, rest = 0.01, CUT_PLANE_UNCERTAINTY["b_mm"] + COMMON_MESH_ERROR["b_mm"]
-    uncertainty = estimate_step_uncertainty("b_mm", (5.0, 5.0 * (1.0 + change)), SolutionQuality(parting=parting))
+    change, rest = 0.01, UNCERTAINTIES["b_mm"].cut_planes + UNCERTAINTIES["b_mm"].common_mesh_error
+    uncertainty = estimate_step_budget("b_mm", (5.0, 5.0 * (1.0 + change)), SolutionQuality(parting=parting)).total
     assert uncertainty == pytest.approx((1.5 if parting else 1.0) * change + rest, rel=1e-9)
 
 
@@ -487,7 +486,8 @@ def test_cut_planes_move_patches_that_share_the_load_by_more():
     for name, change in changes.items():
         assert (
             change
-            < estimate_step_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=True)) - COMMON_MESH_ERROR[name]
+            < estimate_step_budget(name, (1.0, 1.0), SolutionQuality(shared=True)).total
+            - UNCERTAINTIES[name].common_mesh_error
             < 1.3 * change
         )
         # what a deviation is judged by has that part too, beside what reading the pressure leaves open
@@ -495,12 +495,16 @@ def test_cut_planes_move_patches_that_share_the_load_by_more():
             estimate_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=shared)) for shared in (False, True)
         )
         assert together - alone == pytest.approx(
-            estimate_step_uncertainty(name, (1.0, 1.0), SolutionQuality(shared=True))
-            - CUT_PLANE_UNCERTAINTY[name]
-            - COMMON_MESH_ERROR[name]
+            estimate_step_budget(name, (1.0, 1.0), SolutionQuality(shared=True)).total
+            - UNCERTAINTIES[name].cut_planes
+            - UNCERTAINTIES[name].common_mesh_error
         )
-    assert 0.00163 < estimate_step_uncertainty("separate_load", (0.109, 0.109), SolutionQuality(shared=True)) < 0.0022
-    assert 0.0039 < estimate_step_uncertainty("centre_over_b", (0.1, 0.1)) - COMMON_MESH_ERROR["centre_over_b"] < 0.005
+    assert 0.00163 < estimate_step_budget("separate_load", (0.109, 0.109), SolutionQuality(shared=True)).total < 0.0022
+    assert (
+        0.0039
+        < estimate_step_budget("centre_over_b", (0.1, 0.1)).total - UNCERTAINTIES["centre_over_b"].common_mesh_error
+        < 0.005
+    )
 
 
 def test_a_single_hill_parts_from_nothing(elliptic_quick):

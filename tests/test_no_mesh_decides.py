@@ -9,7 +9,7 @@ import pytest
 
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
-from fecontact.judging.measures import COMMON_MESH_ERROR, CUT_PLANE_UNCERTAINTY, READING_UNCERTAINTY
+from fecontact.judging.measures import UNCERTAINTIES
 from fecontact.judging.theory import is_undecidable_by_refinement
 from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.outputs.records.results import result_record
@@ -23,9 +23,11 @@ def solved_with_limit(result, share):
     The distance of the limit from the deviation is `share` times the errors that no mesh removes.
     """
     off = result.load.judgements["hertz"].deviation["area_mm2"]
-    left = (READING_UNCERTAINTY["area_mm2"] + CUT_PLANE_UNCERTAINTY["area_mm2"] + COMMON_MESH_ERROR["area_mm2"]) * (
-        1.0 + off
-    )
+    left = (
+        UNCERTAINTIES["area_mm2"].reading
+        + UNCERTAINTIES["area_mm2"].cut_planes
+        + UNCERTAINTIES["area_mm2"].common_mesh_error
+    ) * (1.0 + off)
     criteria = Criteria(area=abs(off) + share * left, judged_by=("area",))
     return replace(result.load.solved, case=replace(result.load.case, criteria=criteria))
 

@@ -31,7 +31,7 @@ from fecontact.judging.comparison import compare
 from fecontact.judging.measures import (
     MEASURES,
     MISFITS,
-    READING_UNCERTAINTY,
+    UNCERTAINTIES,
     Measures,
     Misfit,
     compute_hertz_deviations,
@@ -557,11 +557,12 @@ def test_a_measure_is_one_entry():
     assert tuple(READINGS) == MEASURES == names
     assert misfit_names == MISFITS == ("centre_over_b", "valley", "separate_load", "misplaced_load")
     # the field itself holds its reading rules: no other place refers to its name
-    keys = {"of_contact", "of_theory", "floor", "cut_planes", "meshes", "of_skew", "noise"}
+    keys = {"uncertainty", "of_contact", "of_theory", "of_theories"}
     assert all(set(measure_field.metadata) == keys for measure_field in (*fields(Measures), *fields(Misfit)))
-    assert {
-        measure_field.name: measure_field.metadata["floor"] for measure_field in (*fields(Measures), *fields(Misfit))
-    } == READING_UNCERTAINTY
+    assert UNCERTAINTIES == {
+        measure_field.name: measure_field.metadata["uncertainty"]
+        for measure_field in (*fields(Measures), *fields(Misfit))
+    }
     fe, analytic, misfit = read_measures(rung), read_hertz_measures(hertz), read_hertz_misfit(rung, hertz)
     assert tuple(fe.as_dict()) == tuple(analytic.as_dict()) == names
     assert tuple(misfit.as_dict()) == misfit_names

@@ -16,7 +16,7 @@ from pictures import draw_nothing
 
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.errors import CoverageError
-from fecontact.judging.measures import MEASURES, READING_UNCERTAINTY
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES
 from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
@@ -624,7 +624,7 @@ def test_12_others_are_contacts_and_half_spaces_find_them():
         assert rung.approach_mm == pytest.approx(contact.approach_mm, rel=1e-4)
     # what reading leaves open is stated from ellipses alone; of 60 others peak 6e-5, area 0.002, centre 3e-5 at most
     for name in study.JUDGED:
-        assert max(error_row[name] for error_row in errors) <= READING_UNCERTAINTY[name], name
+        assert max(error_row[name] for error_row in errors) <= UNCERTAINTIES[name].reading, name
     assert max(error_row["p_max_MPa"] for error_row in errors) < 2e-4
     assert max(error_row["centre_over_b"] for error_row in errors) < 1e-4
 

@@ -13,11 +13,9 @@ from fecontact.case import Case, Track
 from fecontact.contact.grid import ContactGrid, Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.measures import (
-    COMMON_MESH_ERROR,
-    CUT_PLANE_UNCERTAINTY,
     MEASURES,
     MISFITS,
-    READING_UNCERTAINTY,
+    UNCERTAINTIES,
     read_measures,
     read_patch,
 )
@@ -31,9 +29,9 @@ from fecontact.judging.solved_load import (
 from fecontact.judging.uncertainty import (
     SolutionQuality,
     estimate_cut_plane_share,
-    estimate_elements_uncertainty,
+    estimate_elements_budget,
     estimate_share_uncertainty,
-    estimate_step_uncertainty,
+    estimate_step_budget,
     estimate_uncertainty,
 )
 from fecontact.judging.verdict import judge_profile_variants
@@ -79,9 +77,11 @@ def read(name: str, value: float) -> float:
 
 
 def test_every_measure_but_the_approach_has_an_uncertainty():
-    assert READING_UNCERTAINTY == {**READING, "approach_mm": None}
-    assert {name: CUT_PLANE_UNCERTAINTY[name] + COMMON_MESH_ERROR[name] for name in STEP} == pytest.approx(STEP)
-    assert set(READING_UNCERTAINTY) == {*MEASURES, *MISFITS}
+    assert {name: declared.reading for name, declared in UNCERTAINTIES.items()} == {**READING, "approach_mm": None}
+    assert {
+        name: UNCERTAINTIES[name].cut_planes + UNCERTAINTIES[name].common_mesh_error for name in STEP
+    } == pytest.approx(STEP)
+    assert set(UNCERTAINTIES) == {*MEASURES, *MISFITS}
     assert estimate_uncertainty("approach_mm", (0.1, 0.1)) is None
 
 
@@ -108,7 +108,7 @@ def test_what_hertz_has_none_of_is_known_absolutely(name):
 def test_equal_meshes_still_leave_the_rest(name):
     rest = read(name, 7.0) + STEP[name]
     assert estimate_uncertainty(name, (7.0, 7.0)) == pytest.approx(rest, rel=1e-9)
-    assert estimate_step_uncertainty(name, (7.0, 7.0)) == pytest.approx(STEP[name], abs=1e-12)
+    assert estimate_step_budget(name, (7.0, 7.0)).total == pytest.approx(STEP[name], abs=1e-12)
 
 
 def test_the_noise_of_the_misplaced_load_adds_to_its_square():
@@ -129,7 +129,7 @@ def test_the_noise_of_the_misplaced_load_adds_to_its_square():
 def test_a_step_on_the_same_nodes_has_no_reading_in_it(name, values, residual):
     stated = estimate_uncertainty(name, values, SolutionQuality(residual=residual))
     reading = read(name, values[0])
-    assert stated - estimate_step_uncertainty(name, values, SolutionQuality(residual=residual)) == pytest.approx(
+    assert stated - estimate_step_budget(name, values, SolutionQuality(residual=residual)).total == pytest.approx(
         reading, rel=1e-9, abs=1e-15
     )
     # neither less than the rest nor less than the last change; a mesh before adds what it changed itself, or nothing
@@ -152,7 +152,7 @@ def test_a_last_change_that_is_small_by_chance_does_not_hide_the_one_before(name
 @pytest.mark.parametrize("values", [(math.nan, 1.0), (1.0, math.nan), (1.0, 1.1, math.nan), (1.0, math.inf)])
 def test_no_number_no_uncertainty(name, values):
     assert math.isnan(estimate_uncertainty(name, values))
-    assert math.isnan(estimate_step_uncertainty(name, values))
+    assert math.isnan(estimate_step_budget(name, values).total)
 
 
 @pytest.mark.parametrize("name", SIZES)
@@ -187,7 +187,7 @@ def test_each_part_of_it_counts_as_often_as_its_source_says(name):
     finest, change = 7.0, 0.01 * size
 
     def step(values=(finest, finest), otherwise=None, **settings) -> float:
-        return estimate_step_uncertainty(name, values, SolutionQuality(**settings), otherwise=otherwise)
+        return estimate_step_budget(name, values, SolutionQuality(**settings), otherwise=otherwise).total
 
     rest = step()
     assert step((finest, finest + change)) - rest == pytest.approx(0.01, rel=1e-9)
@@ -197,7 +197,7 @@ def test_each_part_of_it_counts_as_often_as_its_source_says(name):
     # bodies softer by a part move the area by 0.045 of it; what is not seen is 6 %, as on a gauge corner
     assert step(compliance_error=-0.02) - rest == pytest.approx(0.05 * 0.02 * finest / size, rel=1e-9)
     assert step(compliance_error=math.nan) - rest == pytest.approx(0.05 * 0.06 * finest / size, rel=1e-9)
-    cut = CUT_PLANE_UNCERTAINTY[name]
+    cut = UNCERTAINTIES[name].cut_planes
     planes = 0.016 * finest if name == "separate_load" else max(cut, SHARED.get(name, 0.0))
     assert step(shared=True) - rest == pytest.approx(planes - cut, abs=1e-12)
     # a notch one to three nodes wide has three times the change by more nodes
@@ -231,12 +231,12 @@ def test_what_elements_say_alone_is_known_by_their_number_change_and_softness(na
     size = 7.0 if name in SIZES else 1.0
 
     def stated(values=(7.0, 7.0), elements=6.0, compliance_error=0.0, residual=0.0) -> float:
-        return estimate_elements_uncertainty(
+        return estimate_elements_budget(
             name, values, elements=elements, compliance_error=compliance_error, residual=residual
-        )
+        ).total
 
     rest = stated()
-    assert rest == pytest.approx(floor + CUT_PLANE_UNCERTAINTY[name], rel=1e-9)
+    assert rest == pytest.approx(floor + UNCERTAINTIES[name].cut_planes, rel=1e-9)
     assert rest - stated(elements=9.0) == pytest.approx(floor * (1.0 - (2.0 / 3.0) ** power), rel=1e-9)
     assert stated((7.0, 7.0 - 0.01 * size)) - rest == pytest.approx(0.01, rel=1e-9)
     assert stated(residual=1e-4) - rest == pytest.approx(1e-4, rel=1e-9)
@@ -250,11 +250,13 @@ def test_what_elements_say_alone_is_known_by_their_number_change_and_softness(na
 def test_so_many_refinements_leave_what_so_many_times_half_more_elements_read(refined, elliptic_quick):
     level, size = elliptic_quick.load.level, {"p_max_MPa": 1.0}
     uncertainties = {"compliance_error": 0.0, "elements": 1.0}
-    of_one = estimate_elements_uncertainty("p_max_MPa", (1.0,), **uncertainties) - CUT_PLANE_UNCERTAINTY["p_max_MPa"]
+    of_one = (
+        estimate_elements_budget("p_max_MPa", (1.0,), **uncertainties).total - UNCERTAINTIES["p_max_MPa"].cut_planes
+    )
     left = estimate_irreducible_uncertainties(level, lambda _: size, {"p_max_MPa": 0.0}, on_elements=refined)[
         "p_max_MPa"
     ]
-    remaining = of_one / (left - CUT_PLANE_UNCERTAINTY["p_max_MPa"])
+    remaining = of_one / (left - UNCERTAINTIES["p_max_MPa"].cut_planes)
     patch, steps = read_patch(level.on_elements), level.on_elements.grid.steps_mm
     first = min(patch.a_mm / steps[0], patch.b_mm / steps[1])
     assert remaining == pytest.approx(first * 1.5**refined, rel=1e-9)
@@ -520,8 +522,8 @@ def test_a_valley_beside_a_junction_is_stated_as_far_off_as_more_nodes_find_it(
     # of meshes nothing is in it: equal values
     stated = (
         estimate_uncertainty("valley", (valleys[0], valleys[0]), solution)
-        - CUT_PLANE_UNCERTAINTY["valley"]
-        - COMMON_MESH_ERROR["valley"]
+        - UNCERTAINTIES["valley"].cut_planes
+        - UNCERTAINTIES["valley"].common_mesh_error
     )
     assert abs(valleys[0] - valleys[1]) <= stated
     # measured 0.0028, 0.0093 and 0.0076 with 0.0049, 0.017 and 0.016 stated
@@ -554,8 +556,8 @@ def test_an_area_that_ends_just_beyond_a_junction_is_stated_as_far_off_as_more_n
         # of meshes nothing is in it: equal values
         stated = (
             estimate_uncertainty(name, [measures[name]] * 2, solution)
-            - CUT_PLANE_UNCERTAINTY[name]
-            - COMMON_MESH_ERROR[name]
+            - UNCERTAINTIES[name].cut_planes
+            - UNCERTAINTIES[name].common_mesh_error
         )
         assert off <= stated
         # 96 nodes leave little of it
@@ -594,7 +596,7 @@ def test_the_peak_of_a_narrow_lobe_is_stated_as_far_off_as_all_meshes_find_it(fi
     values = JOINED_PEAKS_MPA[finest::-1]
     stated = (
         estimate_uncertainty("p_max_MPa", values, SolutionQuality(joined_share=JOINED_SHARE))
-        - CUT_PLANE_UNCERTAINTY["p_max_MPa"]
+        - UNCERTAINTIES["p_max_MPa"].cut_planes
     )
     off = max(abs(peak / values[0] - 1.0) for peak in JOINED_PEAKS_MPA)
     assert off < stated < 0.01

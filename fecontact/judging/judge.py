@@ -16,7 +16,7 @@ from fecontact.judging.gap_faults import describe_gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
-from fecontact.judging.measures import MEASURES, READING_UNCERTAINTY, read_values
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_values
 from fecontact.judging.notes import iterate_warnings
 from fecontact.judging.reference_check import REFERENCE_LIMIT, compute_reference_error
 from fecontact.judging.solved_load import (
@@ -30,7 +30,7 @@ from fecontact.judging.solved_load import (
     read_quality,
 )
 from fecontact.judging.theory import has_certain_failure, is_unresolved_by_profiles, judge_hertz, judge_theories
-from fecontact.judging.uncertainty import estimate_step_uncertainty
+from fecontact.judging.uncertainty import estimate_step_budget
 from fecontact.judging.verdict import (
     ELEMENTS_CAUSE,
     JUNCTION_CAUSE,
@@ -170,10 +170,10 @@ def _bodies_step_uncertainty(solved_load: SolvedLoad, hertz: TheoryContact) -> d
     level_values = [read_values(level.fe, hertz) for level in solved_load.levels]
     quality, uncertainty_by_name = read_quality(solved_load.levels), {}
     for name, half_space_value in half_space_values.items():
-        if READING_UNCERTAINTY[name] is not None:
+        if UNCERTAINTIES[name].reading is not None:
             values = [values_by_name[name] for values_by_name in level_values]
             ratio, size = (values[0] / half_space_value, abs(half_space_value)) if name in MEASURES else (1.0, 1.0)
-            mesh_uncertainty = estimate_step_uncertainty(name, values, quality, otherwise=other_fit_values[name])
+            mesh_uncertainty = estimate_step_budget(name, values, quality, otherwise=other_fit_values[name]).total
             uncertainty_by_name[name] = abs(ratio) * (
                 mesh_uncertainty + abs(turned_values[name] - half_space_value) / size
             )

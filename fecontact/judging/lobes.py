@@ -19,20 +19,21 @@ from fecontact.judging.lines import NO_SHIFTS, VariantLobe, VariantResult, Varia
 from fecontact.judging.measures import (
     MEASURES,
     MISFITS,
+    UNCERTAINTIES,
     compute_deviations,
     read_measures,
     read_patch,
     read_theory_measures,
     read_theory_misfit,
 )
-from fecontact.judging.solved_load import Level, SolvedLoad, estimate_uncertainties, read_other_fit, read_quality
+from fecontact.judging.solved_load import Level, SolvedLoad, estimate_budgets, read_other_fit, read_quality
 from fecontact.judging.uncertainty import estimate_cut_plane_share, estimate_share_uncertainty
 from fecontact.judging.verdict import Verdict, judge_profile_variants
 from fecontact.placement.poses import ContactPoint
 from fecontact.placement.wheel_on_rail import Placement
 
 # Measures of a lobe. Its approach is the approach of the bodies, and its extents end at the next lobe.
-_LOBE_MEASURES = ("p_max_MPa", "area_mm2", "a_mm", "b_mm")
+_LOBE_MEASURES = tuple(name for name, declared in UNCERTAINTIES.items() if declared.of_lobes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -245,7 +246,8 @@ def _compare_with_hertz(
 
     deviation = _compute_deviations(_read_lobe_values(lobe, theory), theory)
     share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in split_lobes(solved_load.levels[0].fe))
-    numerical = estimate_uncertainties(solved_load.levels, read_matched_values, deviation, share=share)
+    budgets = estimate_budgets(solved_load.levels, read_matched_values, deviation, share=share)
+    numerical = {name: budget.total for name, budget in budgets.items()}
     verdict, uncertainty = judge_profile_variants(deviation, numerical, shifts, solved_load.case.criteria)
     assert theory.single is not None
     return replace(
@@ -289,13 +291,11 @@ def estimate_lobe_uncertainties(lobe: ContactLobe, levels: Sequence[Level]) -> d
         )
 
     shares, other_fit_share = [read_share(level.fe) for level in levels], read_share(read_other_fit(levels))
-    uncertainty_by_name = estimate_uncertainties(
-        levels, read_matched_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0]
-    )
+    budgets = estimate_budgets(levels, read_matched_measures, dict.fromkeys(_LOBE_MEASURES, 0.0), share=shares[0])
     share_error = estimate_share_uncertainty(
         shares, read_quality(levels), otherwise=other_fit_share
     ) + estimate_cut_plane_share(shares[0])
-    return {"normal_force_N": share_error / shares[0]} | uncertainty_by_name
+    return {"normal_force_N": share_error / shares[0]} | {name: budget.total for name, budget in budgets.items()}
 
 
 def _make_ellipse(lobe: ContactLobe, touch_point: int, placement: Placement, case: Case) -> TheoryContact | None:

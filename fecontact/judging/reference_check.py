@@ -6,6 +6,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.judging.ladder import DISCRETE_STEP, Ladder
+from fecontact.judging.measures import UNCERTAINTIES
 from fecontact.placement.wheel_on_rail import Placement
 
 REFERENCE_LIMIT = 1e-3
@@ -13,12 +14,6 @@ REFERENCE_LIMIT = 1e-3
 
 Healthy loads have at most 3e-4. A fault of 1 % has 1e-2.
 """
-# Measures in which Hertz's gap on the half-space must agree with Hertz's ellipse, and the divisor of each error. The
-# divisor is larger for a measure that is read less accurately. Of 84 pairs of the library (10 to 160 kN, a/b 0.5 to 22,
-# yaw 0 and 5 mrad) peak, a and b agree within 6.1e-5, 2.1e-4 and 6.2e-5. The area, which ends between nodes, agrees
-# within 1.4e-3. The area agrees within 2.4e-3 for ellipses with curvatures in the ratio 1 to 500 that are turned by 50
-# mrad, and within 7e-3 for the ratio 1 to 1000.
-_ERROR_DIVISORS = {"p_max_MPa": 1.0, "a_mm": 1.0, "b_mm": 1.0, "area_mm2": 10.0}
 # Step of the finite differences that give the curvatures of the gap, in mm. A larger step reaches junctions and knots
 # of profiles; a smaller step is lost in rounding.
 _DIFFERENCE_STEP_MM = 0.002
@@ -27,9 +22,9 @@ _DIFFERENCE_STEP_MM = 0.002
 def compute_reference_error(ladder: Ladder, placement: Placement) -> float:
     """Largest relative error of the references against each other.
 
-    Hertz's gap on the half-space must have the peak pressure, the semi-axes and the area of Hertz's ellipse; the error
-    of the area is divided by 10. The true gap must have Hertz's curvatures at the contact point, on its field side,
-    since curvatures may jump there.
+    Hertz's gap on the half-space must have the peak pressure, the semi-axes and the area of Hertz's ellipse; the
+    error of each measure is divided by its declared `reference_tolerance`. The true gap must have Hertz's
+    curvatures at the contact point, on its field side, since curvatures may jump there.
 
     Parameters
     ----------
@@ -44,7 +39,11 @@ def compute_reference_error(ladder: Ladder, placement: Placement) -> float:
         Relative error (-); usable up to `REFERENCE_LIMIT`.
     """
     discrete_step = ladder.steps[DISCRETE_STEP.name]
-    half_space_error = max(abs(discrete_step[name]) / divisor for name, divisor in _ERROR_DIVISORS.items())
+    half_space_error = max(
+        abs(discrete_step[name]) / declared.reference_tolerance
+        for name, declared in UNCERTAINTIES.items()
+        if declared.reference_tolerance is not None
+    )
     curvatures = placement.first.curvature.hessian
     curvature_error = np.abs(measure_gap_curvatures(placement) - curvatures).max() / np.abs(curvatures).max()
     return max(half_space_error, float(curvature_error))

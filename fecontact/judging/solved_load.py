@@ -19,7 +19,7 @@ from fecontact.contact.grid import Rung, calculate_misplaced_load
 from fecontact.contact.patch import find_lobe_windows
 from fecontact.errors import CONVERGED
 from fecontact.judging.lines import ProfileVariants
-from fecontact.judging.measures import MEASURES, read_measures, read_patch
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_measures, read_patch
 from fecontact.judging.patch_loads import (
     ELEMENT_LOAD_ERROR,
     PATCH_LOADS_LIMIT,
@@ -32,10 +32,12 @@ from fecontact.judging.uncertainty import (
     NODE_NUMBER_RATIO,
     SolutionQuality,
     compute_mesh_change,
-    estimate_elements_uncertainty,
+    estimate_budget,
+    estimate_elements_budget,
     estimate_share_uncertainty,
     estimate_uncertainty,
 )
+from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.judging.yielded import PlasticResult
 
 # --- Solution of a load on all its mesh levels, without anything that needs finite elements.
@@ -248,7 +250,8 @@ def has_faulty_elements(levels: Sequence[Level]) -> bool:
     return compute_centre_distance(levels, elements_uncertainty) > _CENTRES_LIMIT or any(
         abs(elements_values[name] / fine_values[name] - 1.0)
         > _ELEMENTS_LIMIT * (elements_uncertainty[name] + abs(coarser_values[name] / fine_values[name] - 1.0))
-        for name in ("p_max_MPa", "a_mm", "b_mm")
+        for name, declared in UNCERTAINTIES.items()
+        if declared.shows_faulty_elements
     )
 
 
@@ -356,11 +359,29 @@ def estimate_elements_uncertainties(
     dict of str to float
         Relative for `MEASURES`, absolute for `MISFITS` (-); a measure without a stated uncertainty has no entry.
     """
+    return {name: budget.total for name, budget in estimate_elements_budgets(levels, read_rung).items()}
+
+
+def estimate_elements_budgets(
+    levels: Sequence[Level], read_rung: Callable[[Rung], Mapping[str, float]] = _read_measures
+) -> dict[str, UncertaintyBudget]:
+    """Contributions to the uncertainty of each measure on the elements' nodes, from all mesh levels.
+
+    Parameters
+    ----------
+    levels, read_rung
+        As in `estimate_elements_uncertainties`.
+
+    Returns
+    -------
+    dict of str to UncertaintyBudget
+        Relative for `MEASURES`, absolute for `MISFITS` (-); a measure without a stated uncertainty has no entry.
+    """
     finest, rungs = levels[0], [level.on_elements for level in levels]
     elements = _elements_per_semi_axis(finest)
     measured = [read_rung(rung) for rung in rungs]
-    uncertainty_by_name = {
-        name: estimate_elements_uncertainty(
+    budgets = {
+        name: estimate_elements_budget(
             name,
             [values[name] for values in measured],
             elements=elements,
@@ -369,7 +390,7 @@ def estimate_elements_uncertainties(
         )
         for name in measured[0]
     }
-    return {name: value for name, value in uncertainty_by_name.items() if value is not None}
+    return {name: budget for name, budget in budgets.items() if budget is not None}
 
 
 def _elements_per_semi_axis(level: Level) -> float:
@@ -416,20 +437,21 @@ def estimate_irreducible_uncertainties(
             value = estimate_uncertainty(name, [measured[name]], quality)
         else:
             elements = _elements_per_semi_axis(level) * MESH_RATIO**on_elements
-            value = estimate_elements_uncertainty(name, [measured[name]], elements=elements, compliance_error=0.0)
+            budget = estimate_elements_budget(name, [measured[name]], elements=elements, compliance_error=0.0)
+            value = None if budget is None else budget.total
         if value is not None:
             uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
     return uncertainty_by_name
 
 
-def estimate_uncertainties(
+def estimate_budgets(
     levels: Sequence[Level],
     read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
     *,
     share: float | None = None,
-) -> dict[str, float]:
-    """Uncertainty of each deviation from the mesh levels.
+) -> dict[str, UncertaintyBudget]:
+    """Contributions to the uncertainty of each deviation from the mesh levels.
 
     Parameters
     ----------
@@ -444,21 +466,39 @@ def estimate_uncertainties(
 
     Returns
     -------
-    dict of str to float
-        Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
+    dict of str to UncertaintyBudget
+        Contributions to the uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
     measured, other_fit_values = [read_rung(level.fe) for level in levels], read_rung(read_other_fit(levels))
-    quality, uncertainty_by_name = read_quality(levels), {}
+    quality, budgets = read_quality(levels), {}
     if share is not None:
         quality = replace(quality, joined_share=share)
     for name in deviation:
-        value = estimate_uncertainty(
-            name, [values[name] for values in measured], quality, otherwise=other_fit_values[name]
-        )
-        if value is not None:
-            # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
-            uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
-    return uncertainty_by_name
+        budget = estimate_budget(name, [values[name] for values in measured], quality, otherwise=other_fit_values[name])
+        if budget is not None:
+            budgets[name] = scale_to_deviation(name, budget, deviation[name])
+    return budgets
+
+
+def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float) -> UncertaintyBudget:
+    """Contributions to the uncertainty of a deviation, from those of the measure of the finite elements.
+
+    Parameters
+    ----------
+    measure
+        Name of the measure.
+    budget
+        Contributions to the uncertainty of the measure of the finite elements (-).
+    deviation
+        Deviation of the theory (-).
+
+    Returns
+    -------
+    UncertaintyBudget
+        For `MEASURES`, the deviation is (theory - FE) / FE, and the contributions are multiplied by 1 + deviation. For
+        `MISFITS` they are unchanged.
+    """
+    return budget.scaled(abs(1.0 + deviation)) if measure in MEASURES else budget
 
 
 def read_other_fit(levels: Sequence[Level]) -> Rung:
@@ -509,7 +549,7 @@ def compute_peak_lobe_share(rung: Rung) -> float:
 # The half-widths a and b, which are sums over all nodes, do not need this check: on 151 real positions and on 15
 # positions with the edge of the patch at a junction they are within 0.00022 and 0.00016, and 0.0004 and 0.0005 are
 # stated for all positions.
-_NODE_DEPENDENT_MEASURES = ("p_max_MPa", "area_mm2", "extent_y_mm")
+_NODE_DEPENDENT_MEASURES = tuple(name for name in MEASURES if UNCERTAINTIES[name].more_nodes != "not compared")
 
 
 def compare_with_more_nodes(

@@ -12,15 +12,17 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement
 from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantShifts
-from fecontact.judging.measures import MEASURES, compute_deviations, read_values
+from fecontact.judging.measures import compute_deviations, read_values
 from fecontact.judging.solved_load import (
     Level,
     SolvedLoad,
-    estimate_elements_uncertainties,
+    estimate_budgets,
+    estimate_elements_budgets,
     estimate_irreducible_uncertainties,
-    estimate_uncertainties,
+    scale_to_deviation,
 )
 from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
+from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.judging.verdict import Judgement, find_worst_verdict, judge_profile_variants
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -201,6 +203,7 @@ def judge_theory(
     def read_theory_values(rung: Rung) -> dict[str, float]:
         return read_values(rung, theory_contact)
 
+    budgets: dict[str, UncertaintyBudget] = {}
     if refinements is not None:
         deviation = compute_deviations(levels[0].fe, theory_contact)
         on_elements = refinements if by == "elements" else None
@@ -210,26 +213,29 @@ def judge_theory(
         # If the present uncertainty is more than twice the remaining uncertainty, finer meshes may still show any
         # deviation.
         uncertainty_by_name = {
-            name: irreducible[name] if value <= 2.0 * irreducible[name] else 0.0
-            for name, value in estimate_uncertainties(levels, read_theory_values, deviation).items()
+            name: irreducible[name] if budget.total <= 2.0 * irreducible[name] else 0.0
+            for name, budget in estimate_budgets(levels, read_theory_values, deviation).items()
             if name in irreducible
         }
     elif by == "elements":
         deviation = compute_deviations(levels[0].on_elements, theory_contact)
-        # Uncertainty of (Hertz - FE) / FE, from the uncertainty of the finite-element measure.
-        uncertainty_by_name = {
-            name: value * abs(1.0 + deviation[name]) if name in MEASURES else value
-            for name, value in estimate_elements_uncertainties(levels, read_theory_values).items()
+        budgets = {
+            name: scale_to_deviation(name, budget, deviation[name])
+            for name, budget in estimate_elements_budgets(levels, read_theory_values).items()
         }
+        uncertainty_by_name = {name: budget.total for name, budget in budgets.items()}
     else:
         deviation = compute_deviations(levels[0].fe, theory_contact)
-        uncertainty_by_name = estimate_uncertainties(levels, read_theory_values, deviation)
+        budgets = estimate_budgets(levels, read_theory_values, deviation)
+        uncertainty_by_name = {name: budget.total for name, budget in budgets.items()}
     slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
-    is_exact = by == "profiles"
-    numerical_uncertainty = {
-        name: (0.0 if is_exact else value) + estimate_irregularity_uncertainty(name, deviation[name], slope=slope)
-        for name, value in uncertainty_by_name.items()
+    if by == "profiles":
+        budgets = {name: UncertaintyBudget() for name in budgets}
+        uncertainty_by_name = dict.fromkeys(uncertainty_by_name, 0.0)
+    irregularity = {
+        name: estimate_irregularity_uncertainty(name, deviation[name], slope=slope) for name in uncertainty_by_name
     }
+    numerical_uncertainty = {name: value + irregularity[name] for name, value in uncertainty_by_name.items()}
     verdict, uncertainty = judge_profile_variants(deviation, numerical_uncertainty, moves, case.criteria)
     return Judgement(
         approximation=theory_contact,
@@ -239,6 +245,14 @@ def judge_theory(
         verdict=verdict,
         numerical=numerical_uncertainty,
         moves=moves,
+        budgets={
+            name: replace(
+                budget,
+                irregularity=irregularity[name],
+                profile_variants=uncertainty[name] - numerical_uncertainty[name],
+            )
+            for name, budget in budgets.items()
+        },
     )
 
 

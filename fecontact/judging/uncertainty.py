@@ -4,18 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
 from fecontact.contact.elements import COMPLIANCE_ERROR_LIMIT, UNCHECKED_COMPLIANCE_ERROR
-from fecontact.judging.measures import (
-    COMMON_MESH_ERROR,
-    CUT_PLANE_UNCERTAINTY,
-    MEASURES,
-    READING_NOISE,
-    READING_UNCERTAINTY,
-    SKEWNESS_ERROR,
-)
+from fecontact.judging.measures import MEASURES, SEPARATE_LOAD_ERROR, UNCERTAINTIES
+from fecontact.judging.uncertainty_budget import UncertaintyBudget
 
 # Ratio of the element sizes of neighbouring mesh levels.
 MESH_RATIO = 1.5
@@ -31,30 +25,16 @@ _NODE_CHANGE_FACTOR, NODE_NUMBER_RATIO = 3.0, 1.5
 # with a junction below the patch, compared with 192 nodes, in 8 areas (0.22 to 0.91 %) and in 8 lengths (1.2 to 4.6 %).
 # The stored change is half of the change to 96 nodes. The stated uncertainty is 1.25 of the whole change, or the usual
 # uncertainty of reading if that is larger.
-_MEASURES_CHECKED_BY_NODES, _CHECKED_CHANGE_FACTOR = ("area_mm2", "extent_y_mm"), 2.5
+_CHECKED_CHANGE_FACTOR = 2.5
 # Where patches just separate, the last change is not a bound: the error of b is 1.07 of it, and the error of the valley
 # 1.09.
 _SEPARATION_CHANGE_FACTOR = 1.5
-# Separate patches share the load by the stiffness of the bodies behind each patch. The values are the changes by a rail
-# that is cut at 90 instead of 60 mm, for two patches on 60E1 at 5 mm, 50 kN, rounded up: the peak changes by 0.52 %, b
-# by 0.51 %, a by 0.13 %, the centre by 0.0056 b, the valley by 0.0043, the misplaced load by 0.0040, and the load of
-# the lesser patch by 1.5 % of itself.
-_SHARED_CUT_PLANES = {
-    "p_max_MPa": 0.006,
-    "a_mm": 0.0015,
-    "b_mm": 0.006,
-    "extent_y_mm": 0.006,
-    "centre_over_b": 0.006,
-    "valley": 0.005,
-    "misplaced_load": 0.0045,
-}
-_SEPARATE_LOAD_ERROR = 0.016
-# Joined lobes share the load by this stiffness too, and the peak of the highest lobe is proportional to the third root
-# of its load. A lobe of 0.35 mm beside a lobe of 2 mm (50E6 with S1002, 1:40, 1.74 mm, 57.1 kN) has 15.19, 15.19, 15.15
-# and 15.25 % of the load on meshes of 2.7, 4, 6 and 9 elements per semi-axis of the wider lobe. Its peak is 0.95, 1.01,
-# 1.15 and 0.93 % below the peak on the half-space, and 1.32 % with 13.5 elements. Changes between meshes do not bound
-# that error: they gave an uncertainty of 0.28 %. The exponent also holds for the force along another normal.
-_PEAK_LOAD_EXPONENT = 1.0 / 3.0
+# Joined lobes share the load by the stiffness of the bodies behind them, as separate patches do, and the peak of the
+# highest lobe is proportional to the third root of its load (`lobe_load_exponent`; the exponent also holds for the
+# force along another normal). A lobe of 0.35 mm beside a lobe of 2 mm (50E6 with S1002, 1:40, 1.74 mm, 57.1 kN) has
+# 15.19, 15.19, 15.15 and 15.25 % of the load on meshes of 2.7, 4, 6 and 9 elements per semi-axis of the wider lobe. Its
+# peak is 0.95, 1.01, 1.15 and 0.93 % below the peak on the half-space, and 1.32 % with 13.5 elements. Changes between
+# meshes do not bound that error: they gave an uncertainty of 0.28 %.
 # The end of a joined lobe is read from the nodes of its valley. In 24 exact contacts of two lobes (such as the contacts
 # of study 12) the load fraction of a lobe is within 2e-4 plus two changes between meshes.
 _SHARE_FLOOR, _SHARE_CHANGE_FACTOR = 2e-4, 2.0
@@ -67,38 +47,8 @@ _FIT_DIFFERENCE_FACTOR = 2.0
 # fraction, half-widths by 0.015 and the area by 0.045 (R 300, S1002 on 60E1 at 3 mm and on 60E2 at 2.5 mm, 100 kN;
 # factors up to 1.2).
 _COMPLIANCE_SENSITIVITY = 0.05
-# Uncertainty of reading the contact on the elements' nodes, in addition to the change from mesh to mesh, with six
-# elements per semi-axis. It decreases with the square of the number of elements. It decreases with the number itself
-# for measures that depend on which nodes are in contact, and for the peak. Of 18 contacts on six elements, the finer
-# nodes have a peak that is up to 0.23 % higher. The area differs by up to 1.2 %, half-widths by 0.9 %, extents by 2.2 %
-# and the approach by 0.3 %. Of 17 places of study 18, the error of the area is 3.0 % where a second lobe is barely
-# joined, and 6.8 % with a thin tail (most of which the change shows). There the centre of pressure has an error of
-# 0.0015 b, the misplaced load 0.003, and the valley 0.042 (0.034 by the change). No load is read on separate patches
-# where there are no separate patches.
+# Number of elements per semi-axis for which `elements_reading` is declared.
 _REFERENCE_ELEMENTS = 6.0
-_ELEMENT_FLOORS = {
-    "p_max_MPa": 0.0025,
-    "area_mm2": 0.024,
-    "a_mm": 0.01,
-    "b_mm": 0.01,
-    "extent_x_mm": 0.025,
-    "extent_y_mm": 0.025,
-    "centre_over_b": 0.003,
-    "valley": 0.01,
-    "separate_load": 0.0004,
-    "misplaced_load": 0.0135,
-}
-# Flat tops of the pressure have steep flanks: of 40 exact contacts without an ellipse (study 12), 0.018 of the load is
-# misplaced with 4.5 elements (95 of 100), where 0.012 was stated. With 6 and 9 elements, the error of the area of a
-# thin tail is 6.8 and 3.3 %. With 4, 6 and 9 elements, the error of the peak of exact contacts is up to 0.27, 0.20 and
-# 0.31 % (95 of 100), and the error of the misplaced load 0.012, 0.0065 and 0.0042.
-_FIRST_ORDER_MEASURES = ("p_max_MPa", "area_mm2", "extent_x_mm", "extent_y_mm", "misplaced_load")
-# Error of each measure as a fraction of the error of the compliance. In Hertz's theory, p0 and area are proportional to
-# the power 2/3 of the contact modulus, lengths to the power 1/3. A patch of two or more lobes is slightly more
-# sensitive.
-_MODULUS_SENSITIVITY = {
-    name: 0.5 if name in ("a_mm", "b_mm", "extent_x_mm", "extent_y_mm") else 1.0 for name in _ELEMENT_FLOORS
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -143,6 +93,31 @@ def estimate_uncertainty(
 
     Parameters
     ----------
+    measure, values, quality, otherwise
+        As in `estimate_budget`.
+
+    Returns
+    -------
+    float or None
+        Sum of the contributions of `estimate_budget` (-); None if meshes do not show the uncertainty of the measure.
+
+    Examples
+    --------
+    >>> from fecontact.judging.uncertainty import estimate_uncertainty
+    >>> f"{estimate_uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
+    '0.0079'
+    """
+    budget = estimate_budget(measure, values, quality, otherwise=otherwise)
+    return None if budget is None else budget.total
+
+
+def estimate_budget(
+    measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
+) -> UncertaintyBudget | None:
+    """Contributions to the uncertainty of a measure on the finest mesh.
+
+    Parameters
+    ----------
     measure
         Name of the measure.
     values
@@ -156,26 +131,29 @@ def estimate_uncertainty(
 
     Returns
     -------
-    float or None
+    UncertaintyBudget or None
         Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
         the uncertainty of the measure.
 
     Examples
     --------
-    >>> from fecontact.judging.uncertainty import estimate_uncertainty
-    >>> f"{estimate_uncertainty('p_max_MPa', [1000.0, 1002.0, 1010.0]):.4f}"
-    '0.0079'
+    >>> from fecontact.judging.uncertainty import estimate_budget
+    >>> budget = estimate_budget("p_max_MPa", [1000.0, 1002.0, 1010.0])
+    >>> f"{budget.mesh_change:.4f}", f"{budget.cut_planes:.4f}"
+    ('0.0053', '0.0014')
     """
     reading = estimate_reading_uncertainty(measure, values[0])
     if reading is None:
         return None
-    change = quality.more_nodes.get(measure, 0.0)
-    if measure in _MEASURES_CHECKED_BY_NODES:
-        reading = max(reading, _CHECKED_CHANGE_FACTOR * change)
-    else:
-        reading += _NODE_CHANGE_FACTOR * change
-    normal_uncertainty = estimate_turned_force_uncertainty(quality.turned_force) if measure == "p_max_MPa" else 0.0
-    return reading + normal_uncertainty + estimate_step_uncertainty(measure, values, quality, otherwise=otherwise)
+    declared, node_change = UNCERTAINTIES[measure], quality.more_nodes.get(measure, 0.0)
+    return replace(
+        estimate_step_budget(measure, values, quality, otherwise=otherwise),
+        reading=reading,
+        more_nodes=max(0.0, _CHECKED_CHANGE_FACTOR * node_change - reading)
+        if declared.more_nodes == "at least"
+        else _NODE_CHANGE_FACTOR * node_change,
+        turned_force=declared.lobe_load_exponent * abs(quality.turned_force),
+    )
 
 
 def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
@@ -193,11 +171,12 @@ def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
     float or None
         Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
     """
-    floor, noise = READING_UNCERTAINTY[measure], READING_NOISE.get(measure, 0.0)
-    if floor is None:
+    declared = UNCERTAINTIES[measure]
+    reading, noise = declared.reading, declared.noise
+    if reading is None:
         return None
     # The value is the root of the sum of two squares: noise and true value.
-    return floor + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
+    return reading + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
 
 
 def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool) -> float | None:
@@ -208,51 +187,49 @@ def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool
     return estimate_uncertainty(measure, [value], SolutionQuality(shared=shared))
 
 
-def estimate_step_uncertainty(
+def estimate_step_budget(
     measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
-) -> float:
-    """Uncertainty of the step of a measure from the half-space to the bodies.
+) -> UncertaintyBudget:
+    """Contributions to the uncertainty of the step of a measure from the half-space to the bodies.
 
-    Both rungs have equal nodes. The contributions are therefore those in `estimate_uncertainty`, without reading.
+    Both rungs have equal nodes. The contributions are therefore those of `estimate_budget`, without reading.
 
     Parameters
     ----------
     measure
         Name of the measure.
     values
-        Values of the measure on the mesh levels, as in `estimate_uncertainty`.
+        Values of the measure on the mesh levels, as in `estimate_budget`.
     quality
         Errors and properties of the solved contact.
     otherwise
-        Value with the other fit, as in `estimate_uncertainty`.
+        Value with the other fit, as in `estimate_budget`.
 
     Returns
     -------
-    float
+    UncertaintyBudget
         Relative for `MEASURES`, absolute for `MISFITS` (-); NaN if a value is not finite.
     """
-    value_by_other_fit = values[0] if otherwise is None else otherwise
+    declared, value_by_other_fit = UNCERTAINTIES[measure], values[0] if otherwise is None else otherwise
     if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
-        return math.nan
+        return UncertaintyBudget(mesh_change=math.nan)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change, fit_difference = compute_mesh_change(values) / size, abs(values[0] - value_by_other_fit) / size
     change_factor = _SEPARATION_CHANGE_FACTOR if quality.parting else _CHANGE_FACTOR
-    # The misfits may be zero, on soft elements too.
-    compliance_uncertainty = (
-        _COMPLIANCE_SENSITIVITY
+    return UncertaintyBudget(
+        mesh_change=change_factor * compute_mesh_change(values) / size,
+        common_mesh_error=declared.common_mesh_error,
+        skewness=declared.skewness_error * abs(quality.skew),
+        fit_difference=_FIT_DIFFERENCE_FACTOR * abs(values[0] - value_by_other_fit) / size,
+        cut_planes=_cut_plane_uncertainty(measure, values[0], quality.shared),
+        joined_lobe=0.0
+        if quality.shared
+        else declared.lobe_load_exponent * estimate_cut_plane_share(quality.joined_share) / quality.joined_share,
+        # The misfits may be zero, on soft elements too.
+        elements_compliance=_COMPLIANCE_SENSITIVITY
         * _bound_compliance_error(quality.compliance_error, UNCHECKED_COMPLIANCE_ERROR)
         * abs(values[0])
-        / size
-    )
-    return (
-        change_factor * change
-        + COMMON_MESH_ERROR[measure]
-        + SKEWNESS_ERROR[measure] * abs(quality.skew)
-        + _FIT_DIFFERENCE_FACTOR * fit_difference
-        + _cut_plane_uncertainty(measure, values[0], quality.shared)
-        + (_joined_lobe_uncertainty(quality.joined_share) if measure == "p_max_MPa" and not quality.shared else 0.0)
-        + compliance_uncertainty
-        + quality.residual
+        / size,
+        residual=quality.residual,
     )
 
 
@@ -300,7 +277,7 @@ def estimate_cut_plane_share(value: float) -> float:
 
     The lobe takes this load from all other lobes, or loses it to them.
     """
-    return _SEPARATE_LOAD_ERROR * min(value, 1.0 - value)
+    return SEPARATE_LOAD_ERROR * min(value, 1.0 - value)
 
 
 def compute_mesh_change(values: Sequence[float]) -> float:
@@ -336,21 +313,16 @@ def _cut_plane_uncertainty(measure: str, value: float, shared: bool) -> float:
 
     It is larger if several separate patches share the load.
     """
+    declared = UNCERTAINTIES[measure]
     if not shared:
-        return CUT_PLANE_UNCERTAINTY[measure]
-    if measure == "separate_load":
-        return _SEPARATE_LOAD_ERROR * value
-    return max(CUT_PLANE_UNCERTAINTY[measure], _SHARED_CUT_PLANES.get(measure, 0.0))
+        return declared.cut_planes
+    # The approach has a cut-plane uncertainty of NaN, which is the result if it is the first argument.
+    return max(declared.cut_planes, declared.shared_cut_planes, declared.shared_cut_planes_of_value * value)
 
 
 def estimate_turned_force_uncertainty(turned_force: float) -> float:
     """Relative uncertainty of the peak from a force along another normal."""
-    return _PEAK_LOAD_EXPONENT * abs(turned_force)
-
-
-def _joined_lobe_uncertainty(share: float) -> float:
-    """Relative uncertainty of the peak of a lobe from its load fraction."""
-    return _PEAK_LOAD_EXPONENT * estimate_cut_plane_share(share) / share
+    return UNCERTAINTIES["p_max_MPa"].lobe_load_exponent * abs(turned_force)
 
 
 def _bound_compliance_error(compliance_error: float, error_if_unchecked: float) -> float:
@@ -358,17 +330,17 @@ def _bound_compliance_error(compliance_error: float, error_if_unchecked: float) 
     return error_if_unchecked if math.isnan(compliance_error) else abs(compliance_error)
 
 
-def estimate_elements_uncertainty(
+def estimate_elements_budget(
     measure: str, values: Sequence[float], *, elements: float, compliance_error: float, residual: float = 0.0
-) -> float | None:
-    """Uncertainty of a measure of the contact on the elements' nodes.
+) -> UncertaintyBudget | None:
+    """Contributions to the uncertainty of a measure of the contact on the elements' nodes.
 
     Parameters
     ----------
     measure
         Name of the measure.
     values
-        Values of the measure on these nodes of at least two mesh levels, as in `estimate_uncertainty`.
+        Values of the measure on these nodes of at least two mesh levels, as in `estimate_budget`.
     elements
         Number of elements per semi-axis on the finest mesh.
     compliance_error
@@ -378,25 +350,26 @@ def estimate_elements_uncertainty(
 
     Returns
     -------
-    float or None
+    UncertaintyBudget or None
         Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
         the uncertainty of the measure.
     """
-    floor = _ELEMENT_FLOORS.get(measure)
-    if floor is None:
+    declared = UNCERTAINTIES[measure]
+    if declared.elements_reading is None:
         return None
-    reading = floor * (_REFERENCE_ELEMENTS / elements) ** (1 if measure in _FIRST_ORDER_MEASURES else 2)
     size = abs(values[0]) if measure in MEASURES else 1.0
-    change = compute_mesh_change(values) / size
-    # A larger error would be visible in the difference between this contact and the contact of the finer nodes
-    # (`has_faulty_elements`).
-    compliance_uncertainty = (
-        _MODULUS_SENSITIVITY[measure]
+    return UncertaintyBudget(
+        reading=declared.elements_reading * (_REFERENCE_ELEMENTS / elements) ** declared.elements_order,
+        mesh_change=compute_mesh_change(values) / size,
+        cut_planes=declared.cut_planes,
+        # A larger error would be visible in the difference between this contact and the contact of the finer nodes
+        # (`has_faulty_elements`).
+        elements_compliance=declared.modulus_sensitivity
         * _bound_compliance_error(compliance_error, COMPLIANCE_ERROR_LIMIT)
         * abs(values[0])
-        / size
+        / size,
+        residual=residual,
     )
-    return reading + change + CUT_PLANE_UNCERTAINTY[measure] + compliance_uncertainty + residual
 
 
 def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: float) -> float:
@@ -421,4 +394,4 @@ def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: 
     float
         Uncertainty of the deviation (-).
     """
-    return slope if measure in MEASURES or measure == "misplaced_load" else slope * abs(deviation)
+    return slope * abs(deviation) if UNCERTAINTIES[measure].irregularity_of_value else slope

@@ -27,6 +27,7 @@ from fecontact.judging.measures import (
     read_values,
 )
 from fecontact.judging.solved_load import Level, SolvedLoad
+from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.judging.yielded import YIELD_STRESS_SPREAD, PlasticResult
 
 Answer = Literal["HOLDS", "FAILS", "UNRESOLVED"]
@@ -302,6 +303,8 @@ class Judgement:
         Contact by the theory; None for a theory that does not predict the pressure.
     numerical, moves
         Contribution of the meshes to the uncertainty (-), and shifts of the deviations over the profile variants.
+    budgets
+        Contributions to each uncertainty, which add up to it (-); empty for a measure of a feature.
     """
 
     deviation: Mapping[str, float]
@@ -311,6 +314,7 @@ class Judgement:
     approximation: TheoryContact | None = None
     numerical: Mapping[str, float] = field(default_factory=dict)
     moves: VariantShifts = NO_SHIFTS
+    budgets: Mapping[str, UncertaintyBudget] = field(default_factory=dict)
 
     def band(self, p_max_MPa: float) -> tuple[float, float] | None:
         """Smallest and largest peak pressure of all profile variants.
@@ -586,16 +590,33 @@ def _judge_against_plastic(
     theory = elastic.approximation
     assert theory is not None
     deviation = compute_deviations(plastic_contact.fe, theory)
+    plastic_step = {
+        name: step_uncertainty[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
+        for name in elastic.numerical
+    }
+    ratios = {name: _deviation_ratio(name, deviation, elastic.deviation) for name in elastic.numerical}
     numerical_uncertainty = {
-        name: elastic_uncertainty * _deviation_ratio(name, deviation, elastic.deviation)
-        + step_uncertainty[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
+        name: elastic_uncertainty * ratios[name] + plastic_step[name]
         for name, elastic_uncertainty in elastic.numerical.items()
     }
     verdict, uncertainty = judge_profile_variants(
         deviation, numerical_uncertainty, elastic.moves, solved_load.case.criteria
     )
+    budgets = {
+        name: replace(
+            budget.scaled(ratios[name]),
+            plastic_step=plastic_step[name],
+            profile_variants=uncertainty[name] - numerical_uncertainty[name],
+        )
+        for name, budget in elastic.budgets.items()
+    }
     return replace(
-        elastic, deviation=deviation, uncertainty=uncertainty, numerical=numerical_uncertainty, verdict=verdict
+        elastic,
+        deviation=deviation,
+        uncertainty=uncertainty,
+        numerical=numerical_uncertainty,
+        verdict=verdict,
+        budgets=budgets,
     )
 
 

@@ -32,10 +32,9 @@ from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.profile_files import mark_unusable, select_reading
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile
 from fecontact.features.fleet.report import write_report
-from fecontact.features.fleet.screened_position import make_position_row, screen_variant
+from fecontact.features.fleet.screened_position import STRIP_UNCERTAINTY, make_position_row, screen_variant
 from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS
-from fecontact.features.fleet.strip_deviations import STRIP_UNCERTAINTY, compare_with_strips
-from fecontact.judging.measures import compute_deviations
+from fecontact.judging.measures import compare_theories, compute_deviations
 from fecontact.profiles.examples import write_examples
 from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
@@ -163,7 +162,7 @@ def test_what_strips_say_of_hertz_is_what_the_half_space_says(shift, load_kN):
     strips = THEORIES["strip"].approximate(
         LoadedPlacement(placement=placement, case=case, normal_force_N=half_space.normal_force_N)
     )
-    expected, off = compute_deviations(half_space, ellipse), compare_with_strips(strips, ellipse)
+    expected, off = compute_deviations(half_space, ellipse), compare_theories(strips, ellipse)
     # what is stated as the uncertainty of the strips; at 5 mm patches lie in two planes, which strips do not see
     often = 1.0 if shift < 5.0 else 4.0
     for name in MEASURE_COLUMNS:
@@ -175,13 +174,13 @@ def test_an_ellipse_is_no_off_strips_of_constant_curvature():
     placement = place_case(case)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
     strips, ellipse = (THEORIES[name].approximate(loaded) for name in ("strip", HERTZ))
-    off = compare_with_strips(strips, ellipse)
+    off = compare_theories(strips, ellipse)
     # 100 strips are within 0.3 % of Hertz (contact_theories/strip_method.py), and the load of an edge of cells is
     # elsewhere
     assert all(abs(off[name]) < 3.5e-3 for name in MEASURE_COLUMNS)
     # a peak that is 10 % too large is seen as such
     patch = ellipse.single
-    planted = compare_with_strips(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
+    planted = compare_theories(strips, replace(ellipse, patches=(replace(patch, p_max_MPa=1.1 * patch.p_max_MPa),)))
     assert planted["p_max_MPa"] == pytest.approx(1.1 * (1.0 + off["p_max_MPa"]) - 1.0)
 
 

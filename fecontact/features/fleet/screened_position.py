@@ -16,20 +16,21 @@ from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEOR
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS, Row
-from fecontact.features.fleet.strip_deviations import (
-    COARSE_FACTOR,
-    POINTS_ACROSS,
-    SCREENING_NODES,
-    STRIP_UNCERTAINTY,
-    compare_with_strips,
-    evaluate_pressure,
-)
 from fecontact.judging.causes import PatchGeometry, find_gap_cause
-from fecontact.judging.measures import READING_UNCERTAINTY, compute_deviations
+from fecontact.judging.measures import UNCERTAINTIES, compare_theories, compute_deviations
+from fecontact.judging.theory_pair import POINTS_ACROSS, evaluate_pressure
 from fecontact.judging.verdict import ANSWERS_BEST_FIRST, JUNCTION_CAUSE, PROFILE_CAUSE, Answer, judge
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.alone import HALF_SPACE, STRIPS, compute_normal_force
 from fecontact.solving.position import expect_on_half_space
+
+# Number of nodes on the narrowest semi-axis of a half-space, and the factor of its uncertainty relative to the declared
+# uncertainty of reading.
+SCREENING_NODES, _COARSE_FACTOR = 16, 4.0
+STRIP_UNCERTAINTY: dict[str, float] = {
+    name: declared.strips for name, declared in UNCERTAINTIES.items() if declared.strips is not None
+}
+"""Uncertainty of the strip method against the half-space on the same gap (-)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -107,11 +108,15 @@ def screen_variant(case: Case, placement: Placement, theory: ScreeningTheory) ->
         if not isinstance(contact, TheoryContact):
             raise InputError(f"{THEORIES[STRIPS].words}: {contact}")
         return ScreenedVariant(
-            loaded=loaded, contact=contact, off=partial(compare_with_strips, contact), uncertainty=STRIP_UNCERTAINTY
+            loaded=loaded, contact=contact, off=partial(compare_theories, contact), uncertainty=STRIP_UNCERTAINTY
         )
     half_space = expect_on_half_space(case, placement, nodes=SCREENING_NODES)[1].half_space
     loaded = replace(loaded, normal_force_N=half_space.normal_force_N, half_space=half_space)
-    uncertainties = {name: COARSE_FACTOR * floor for name, floor in READING_UNCERTAINTY.items() if floor is not None}
+    uncertainties = {
+        name: _COARSE_FACTOR * declared.reading
+        for name, declared in UNCERTAINTIES.items()
+        if declared.reading is not None
+    }
     return ScreenedVariant(
         loaded=loaded,
         contact=theory_contact_from_rung(half_space),
@@ -152,7 +157,7 @@ def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
     }
     uncertainties = {
         name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in judgements)
-        + variants[0].uncertainty[name]
+        + variants[0].uncertainty.get(name, math.nan)
         for name in MEASURE_COLUMNS
     }
     row: Row = {"hertz_p_max_MPa": _average_hertz_peak(variants), "screen_p_max_MPa": _average_peak(variants)}
@@ -164,8 +169,14 @@ def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
     return row | {
         "verdict": "OPEN" if verdict == "UNRESOLVED" else verdict,
         "measure": next((measure for answer, _, measure in judgements if answer == verdict), judgements[0][2]),
+        # A measure without a stated uncertainty has no margin.
         "margin": min(
-            (1.0 - abs(deviations[name]) / limit) * limit / uncertainties[name] for name, limit in limits.items()
+            (
+                (limit - abs(deviations[name])) / uncertainties[name]
+                for name, limit in limits.items()
+                if math.isfinite(uncertainties[name])
+            ),
+            default=math.nan,
         ),
         "lines_holding": answers.count("HOLDS"),
         "lines": len(variants),
