@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, HERTZ_OF_EACH_SIDE, THEORIES
 from fecontact.feature_registry import load_offers
+from fecontact.outputs.budget import budget_table
 from fecontact.outputs.cases import (
     effort_table,
     elements_table,
@@ -130,6 +131,7 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     for name, theory in record["theories"].items():
         if name not in HERTZ_OF_EACH_SIDE and "verdict" in theory:
             yield measures_table(record, theory, THEORIES[name].words, "theory")
+    yield budget_table(record)
     yield peaks_table(record)
     yield theories_table(record)
     yield Items(

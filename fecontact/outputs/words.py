@@ -86,6 +86,8 @@ class MeasureWords:
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
 MEASURE_WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
 """Words of each measure, by its name."""
+CONTRIBUTION_WORDS: dict[str, str] = TEXTS["contributions"]
+"""Names of the contributions to an uncertainty, by their keys."""
 
 
 def names_text(measures: Iterable[str]) -> str:

@@ -27,6 +27,7 @@ from fecontact.solving.solve import CaseResult
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+from fecontact.outputs.figures.budget import draw_budget
 from fecontact.outputs.figures.pressure_maps import (
     ACROSS_LABEL,
     ROLLING_LABEL,
@@ -44,6 +45,8 @@ _WIDTH, _MAP_WIDTH, _MIN_MAP_HEIGHT, _MAX_MAP_HEIGHT = 15.0, 3.05, 1.3, 4.4
 _HEAD_HEIGHT, _TITLE_HEIGHT, _LABEL_HEIGHT, _CUTS_HEIGHT, _LEFT_WIDTH, _SIDES_WIDTH = 0.65, 0.4, 0.75, 4.2, 0.85, 1.75
 # Inches: width of the words.
 _WORDS_WIDTH = 4.35
+# Inches: height of the contributions to the uncertainty, at the bottom.
+_BUDGET_HEIGHT = 0.9
 
 
 def write_case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
@@ -71,7 +74,7 @@ def write_case_figure(result: CaseResult, path: str | Path, *, svg: bool = True)
 
 def case_inches(fields: PressureFields) -> tuple[float, float]:
     """Width and height of the picture of a case, in inches."""
-    return _WIDTH, _HEAD_HEIGHT + _TITLE_HEIGHT + _map_height(fields) + _LABEL_HEIGHT + _CUTS_HEIGHT
+    return _WIDTH, _HEAD_HEIGHT + _TITLE_HEIGHT + _map_height(fields) + _LABEL_HEIGHT + _CUTS_HEIGHT + _BUDGET_HEIGHT
 
 
 def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields) -> None:
@@ -102,6 +105,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     def write(left: float, top: float, text: str, **text_style: Any) -> None:
         figure.text(left / width, top / height, text, va="top", **text_style)
 
+    cuts_top, cuts_bottom = _BUDGET_HEIGHT + _CUTS_HEIGHT, _BUDGET_HEIGHT + 0.75
     answer = load.verdict.answer
     box = {"fc": ANSWER_COLOURS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
@@ -111,7 +115,7 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     map_width = map_height / _height_to_width(fields) if is_tall else _MAP_WIDTH
     map_spacing = map_width + _SIDES_WIDTH if is_tall else width / 3.0
     for number, kind in enumerate(("finite elements", "Hertz", "Hertz minus finite elements")):
-        ax = axes(number * map_spacing + _LEFT_WIDTH, _CUTS_HEIGHT + _LABEL_HEIGHT, map_width, map_height)
+        ax = axes(number * map_spacing + _LEFT_WIDTH, cuts_top + _LABEL_HEIGHT, map_width, map_height)
         draw_pressure(ax, load, kind, fields)
         for place in _junction_places_mm(placement, "rail"):
             # visible on the dark background of a pressure and on the light background of a difference
@@ -119,17 +123,20 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
         ax.set_xlim(fields.limits_mm(across=True))
     words_left = 3.0 * map_spacing + 0.15 if is_tall else width - _WORDS_WIDTH
     cut_width = 0.5 * (width if is_tall else words_left)
-    lateral_axes = axes(_LEFT_WIDTH, 1.75, cut_width - _LEFT_WIDTH - 0.1, 2.0)
+    lateral_axes = axes(_LEFT_WIDTH, cuts_bottom + 1.0, cut_width - _LEFT_WIDTH - 0.1, 2.0)
     draw_lateral_cut(lateral_axes, placement, fields)
     _draw_rail(
-        axes(_LEFT_WIDTH, 0.75, cut_width - _LEFT_WIDTH - 0.1, 0.8, sharex=lateral_axes),
+        axes(_LEFT_WIDTH, cuts_bottom, cut_width - _LEFT_WIDTH - 0.1, 0.8, sharex=lateral_axes),
         placement,
         fields,
     )
-    draw_rolling_cut(axes(cut_width + _LEFT_WIDTH, 0.75, cut_width - _LEFT_WIDTH - 0.2, 3.0), fields)
-    words_top = _CUTS_HEIGHT + _LABEL_HEIGHT + map_height if is_tall else _CUTS_HEIGHT - 0.4
+    draw_rolling_cut(axes(cut_width + _LEFT_WIDTH, cuts_bottom, cut_width - _LEFT_WIDTH - 0.2, 3.0), fields)
+    words_top = cuts_top + _LABEL_HEIGHT + map_height if is_tall else cuts_top - 0.4
     text = _case_text(load, placement, fields)
     write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
+    judgement = (load.plastic or load).deciding
+    if (budget := judgement.budgets.get(load.verdict.measure)) is not None and budget.total > 0.0:
+        draw_budget(axes(_LEFT_WIDTH, 0.42, width - _LEFT_WIDTH - 0.4, 0.16), load.verdict.measure, budget)
 
 
 def _height_to_width(fields: PressureFields) -> float:

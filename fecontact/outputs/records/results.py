@@ -56,7 +56,15 @@ _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk",
 # steps all measures that no table shows.
 _OMITTED_COLUMNS = (
     *("*_each_*", "*_unknown", "*_limits_*", "*_notes", "*_overlapping", "*_solutions", "*_centre_mm", "*_patches"),
-    *("*_A_per_mm", "*_B_per_mm", "*_orientation_rad", "uncertainty_of_profile*", "hertz*_verdict_cause", "lobes"),
+    *(
+        "*_A_per_mm",
+        "*_B_per_mm",
+        "*_orientation_rad",
+        "uncertainty_of_profile*",
+        "uncertainty_budget_*",
+        "hertz*_verdict_cause",
+        "lobes",
+    ),
     *("elements_hertz_deviation_*", "elements_hertz_uncertainty_*", "elements_hertz_verdict_[!am]*"),
     *("half_space_quadratic_[!p]*", "steps_hertz_to_*", "steps_elements_to_*", "status", "slide_mm"),
     *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
@@ -166,6 +174,10 @@ def load_record(load: JudgedLoad) -> Record:
         | ({} if load.plastic is None else {PLASTIC_STEP.name: load.plastic.step_uncertainty}),
         # contribution of the measured profiles to the uncertainty, which no mesh removes; None for exact profiles
         "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
+        # contributions to the uncertainties of the requested verdict
+        "uncertainty_budget": {
+            name: budget.as_dict() for name, budget in (load.plastic or load).deciding.budgets.items()
+        },
         **select_attributes(comparison, "pressure_l2 overlap"),
         "geometry": to_plain(load.geometry),
         "slide_mm": load.level.slide_mm,
