@@ -1,0 +1,128 @@
+"""The contributions to an uncertainty add up to it, and are shown in results."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES
+from fecontact.judging.uncertainty import (
+    SolutionQuality,
+    estimate_budget,
+    estimate_elements_budget,
+    estimate_step_budget,
+    estimate_uncertainty,
+)
+from fecontact.judging.uncertainty_budget import UncertaintyBudget
+from fecontact.outputs.budget import budget_table
+from fecontact.outputs.figures.budget import draw_budget, group_contributions
+from fecontact.outputs.records.results import load_row, result_record
+from fecontact.outputs.style import blank_figure
+from fecontact.outputs.words import CONTRIBUTION_WORDS
+
+MEASURED = tuple(name for name, declared in UNCERTAINTIES.items() if declared.reading is not None)
+small = st.floats(0.0, 0.05)
+
+
+@given(
+    name=st.sampled_from(MEASURED),
+    change=small,
+    fit=small,
+    quality=st.builds(
+        SolutionQuality,
+        residual=small,
+        compliance_error=small,
+        parting=st.booleans(),
+        shared=st.booleans(),
+        skew=small,
+        more_nodes=small.map(lambda change: dict.fromkeys(MEASURED, change)),
+        joined_share=st.floats(0.3, 1.0),
+        turned_force=small,
+    ),
+)
+def test_contributions_add_up(name, change, fit, quality):
+    """Sum of all contributions, computed a second time from the declared values."""
+    values, other = (2.0, 2.0 * (1.0 + change)), 2.0 * (1.0 + fit)
+    budget = estimate_budget(name, values, quality, otherwise=other)
+    declared, size = UNCERTAINTIES[name], 2.0 if name in MEASURES else 1.0
+    cut_planes = declared.cut_planes
+    if quality.shared:
+        cut_planes = 2.0 * 0.016 if name == "separate_load" else max(cut_planes, declared.shared_cut_planes)
+    reading = declared.reading + (2.0 - math.sqrt(4.0 - declared.noise**2) if declared.noise else 0.0)
+    nodes = quality.more_nodes[name]
+    is_peak = name == "p_max_MPa"
+    share = min(quality.joined_share, 1.0 - quality.joined_share)
+    expected = (
+        (max(reading, 2.5 * nodes) if name in ("area_mm2", "extent_y_mm") else reading + 3.0 * nodes)
+        + (1.5 if quality.parting else 1.0) * 2.0 * change / size
+        + declared.common_mesh_error
+        + declared.skewness_error * quality.skew
+        + 2.0 * 2.0 * fit / size
+        + cut_planes
+        + (0.016 * share / quality.joined_share / 3.0 if is_peak and not quality.shared else 0.0)
+        + (quality.turned_force / 3.0 if is_peak else 0.0)
+        + 0.05 * quality.compliance_error * 2.0 / size
+        + quality.residual
+    )
+    assert budget.total == pytest.approx(expected, rel=1e-12)
+    assert estimate_uncertainty(name, values, quality, otherwise=other) == budget.total
+    step = estimate_step_budget(name, values, quality, otherwise=other)
+    left_out = budget.reading + budget.more_nodes + budget.turned_force
+    assert step.total == pytest.approx(budget.total - left_out, rel=1e-9, abs=1e-15)
+
+
+def test_a_value_that_is_not_finite_makes_the_sum_undefined():
+    for name in MEASURED:
+        assert math.isnan(estimate_budget(name, (1.0, math.nan)).total)
+        assert math.isnan(estimate_elements_budget(name, (1.0, math.nan), elements=4.0, compliance_error=0.0).total)
+
+
+def test_scaling_keeps_the_contributions_in_proportion():
+    budget = UncertaintyBudget(reading=0.001, cut_planes=0.003)
+    scaled = budget.scaled(2.0)
+    assert (scaled.reading, scaled.cut_planes, scaled.total) == (0.002, 0.006, pytest.approx(0.008))
+    assert set(CONTRIBUTION_WORDS) == {contribution.name for contribution in dataclasses.fields(budget)}
+
+
+def test_every_stated_uncertainty_has_its_contributions(elliptic_quick):
+    """In a judgement, in the record, and in the table of the long output."""
+    load = elliptic_quick.load
+    for judgement in (*load.judgements.values(), load.by_elements):
+        assert judgement.budgets.keys() == judgement.uncertainty.keys()
+        for name, value in judgement.uncertainty.items():
+            assert judgement.budgets[name].total == pytest.approx(value, rel=1e-12)
+    record = result_record(elliptic_quick)
+    for name, contributions in record["uncertainty_budget"].items():
+        assert sum(contributions.values()) == pytest.approx(load.deciding.uncertainty[name], rel=1e-12)
+        assert contributions["profile_variants"] == contributions["plastic_step"] == 0.0
+    table = budget_table(record)
+    assert [row.cells[0] for row in table.rows] == [
+        *(words for name, words in CONTRIBUTION_WORDS.items() if any(
+            contributions[name] for measure, contributions in record["uncertainty_budget"].items()
+            if measure in record["verdict"]["each"]
+        )),
+        "sum",
+    ]  # fmt: skip
+    for column, name in enumerate(record["verdict"]["each"], start=1):
+        shown = [float(row.cells[column] or 0.0) for row in table.rows]
+        digits = 3 if name != "centre_over_b" else 4
+        assert shown[-1] == pytest.approx(sum(shown[:-1]), abs=0.5 * len(shown) * 10.0**-digits)
+    assert not [
+        column for column in load_row(load, elliptic_quick.placement) if column.startswith("uncertainty_budget")
+    ]
+
+
+def test_the_bar_is_as_long_as_the_uncertainty(elliptic_quick):
+    budget = elliptic_quick.load.deciding.budgets["p_max_MPa"]
+    groups = group_contributions(budget)
+    assert sum(groups.values()) == pytest.approx(budget.total, rel=1e-12)
+    *large, _ = groups.values()
+    assert large == sorted(large, reverse=True)
+    ax = blank_figure(8.0, 1.0).add_subplot()
+    draw_budget(ax, "p_max_MPa", budget)
+    ends = [bar.get_x() + bar.get_width() for bar in ax.patches]
+    np.testing.assert_allclose(ends, np.cumsum([*groups.values()]), rtol=1e-12)
+    assert ax.get_xlim() == (0.0, pytest.approx(budget.total, rel=1e-12))
