@@ -326,7 +326,9 @@ def test_the_record_has_both_sides_of_each_theory():
     assert json.loads(json.dumps(record)) == record
     assert set(record["theories"]) == set(CREEP_THEORIES)
     assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
-    assert "their theory has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    assert (
+        "the theory of Vermeulen and Johnson has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    )
     assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
     fastsim = record["theories"]["fastsim"]
     assert fastsim["hertz"]["fx_N"] < 0.0 < fastsim["fe"]["power_per_speed_N"]
@@ -354,7 +356,7 @@ def test_creepages_without_friction_are_refused_before_anything_is_solved():
 
 def test_high_friction_is_warned_of():
     comparison = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
-    assert comparison.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
+    assert comparison.warnings == ("friction coefficient is 1.6: wheels on rails rarely exceed 1.5",)
 
 
 # the command
