@@ -213,7 +213,10 @@ def test_what_curved_surfaces_change_is_warned_of():
     sharp = Case(lateral_shift_mm=-1.0, roll="given", creep=CREEP)
     comparison = compared(sharp)
     assert comparison.surface_of_muN > 0.01
-    assert f"change forces by up to {1e2 * comparison.surface_of_muN:.1f} % of mu N; --curved" in comparison.warnings[0]
+    assert (
+        f"change forces by up to {1e2 * comparison.surface_of_muN:.1f} % of mu N; use --curved"
+        in comparison.warnings[0]
+    )
     assert compared(replace(sharp, creep=replace(CREEP, curved=True))).warnings == ()
 
 

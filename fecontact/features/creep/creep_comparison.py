@@ -168,7 +168,10 @@ def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> 
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
         yield "wheel and rail have different elastic constants: the effect of the pressure on the slip is neglected"
     if read_patch(load.fe).pieces > 1:
-        yield "the patches are separate: laws for a single ellipse use the ellipse of the second moments of all patches"
+        yield (
+            "the contact has separate patches: laws for a single ellipse use the ellipse of the second moments of all"
+            " patches"
+        )
     if surface_effect > _NEGLIGIBLE_SURFACE_EFFECT:
         yield (
             "the surfaces are curved across the patch: creepages that follow them change forces by up to"

@@ -62,8 +62,8 @@ def describe_straight_track(track: StraightTrack) -> str:
     if track.problem or track.critical_speed_km_h is None:
         return f"straight track, {track.theory}: {track.problem}; {slow}"
     return (
-        f"straight track, {track.theory}: critical speed {track.critical_speed_km_h:.0f} km/h, hunting with"
-        f" {track.frequency_Hz:.1f} Hz and {track.wavelength_m:.1f} m; {slow}"
+        f"straight track, {track.theory}: critical speed {track.critical_speed_km_h:.0f} km/h, hunting at"
+        f" {track.frequency_Hz:.1f} Hz with wavelength {track.wavelength_m:.1f} m; {slow}"
     )
 
 
