@@ -297,7 +297,7 @@ def test_a_line_that_is_too_short_is_no_contact_in_silence(name, low, high):
     """At either end, and at both."""
     contact = ALL[name][0](line_of(junction, low, high, round(50.0 * (high - low))), 80e3)
     assert contact.status != "solved"
-    assert any("end of the line" in note for note in contact.notes)
+    assert any("end of the gap line" in note for note in contact.notes)
 
 
 def test_several_loads_for_one_approach_are_counted():
@@ -396,7 +396,7 @@ def test_fewer_than_twenty_strips_are_refused():
     line, hertz = parabola(1.0)
     # 100 are good to 0.1 %
     assert solve_strip_theory(line, hertz.normal_force_N, strips=20).p_max_MPa == pytest.approx(hertz.p0_MPa, rel=0.02)
-    with pytest.raises(InputError, match="number of strips is 19; allowed: 20 and more"):
+    with pytest.raises(InputError, match="number of strips is 19; allowed: at least 20"):
         solve_strip_theory(line, hertz.normal_force_N, strips=19)
 
 
@@ -551,5 +551,7 @@ def test_a_note_has_the_part_of_the_patch_that_is_flat_or_concave():
     )
     inside = np.zeros(10, bool)
     inside[2:8] = True
-    assert line.concave_notes(inside) == ["50 % of the patch is flat or concave across; 0.0001 1/mm stands for it"]
+    assert line.concave_notes(inside) == [
+        "50 % of the patch is flat or concave across; its gap coefficient B was set to 0.0001 1/mm there"
+    ]
     assert line.concave_notes(curvature > 0.0) == []

@@ -236,6 +236,6 @@ def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
     for name in ("equivalent_ellipse", "kik_piotrowski", "stripes", "analyn", "kpec", "strip"):
         contact = THEORIES[name].approximate(loaded)
         assert contact.status == "out of range", name
-        assert any("which its line does not reach" in note for note in contact.notes), name
+        assert any("but the gap line does not reach it" in note for note in contact.notes), name
         light = THEORIES[name].approximate(replace(loaded, normal_force_N=100.0))
-        assert not any("which its line does not reach" in note for note in light.notes), name
+        assert not any("but the gap line does not reach it" in note for note in light.notes), name

@@ -96,7 +96,7 @@ def test_a_theory_that_is_out_of_its_range_says_so(capsys):
     code, text, _ = printed(capsys, "theory", "hertz", *options)
     assert code == 3
     assert "status: out of range" in text
-    assert "2 touch points are closed, of which it has one" in text
+    assert "2 contact points are closed at the approach of the ellipse, which covers only one of them" in text
     # under a load that closes one of them it is in its range
     assert printed(capsys, "theory", "hertz", *options[:-1], "0.05")[0] == 0
     code, text, _ = printed(capsys, "theory", "multi_hertz", *options)
@@ -178,7 +178,7 @@ def test_an_ellipse_beyond_the_end_of_a_profile_is_said_by_all_that_show_it(half
         (row,) = map(table_row, iterate_table_rows(case, [0.0], [load_N]))
         assert bool(row["hertz_notes"]) is not fits
         said = [*record["notes"], *alone["notes"], *filter(None, [row["hertz_notes"]])]
-        assert all("reaches 8.6 mm across" in note and "ends 8.0 mm beside" in note for note in said)
+        assert all("reaches 8.6 mm across" in note and "ends 8.0 mm from the contact point" in note for note in said)
         if not fits:
             with pytest.raises(InputError, match="reaches the end of the running surface"):
                 expect_on_half_space(case, place_case(case))
@@ -190,4 +190,4 @@ def test_springs_beyond_the_end_of_a_profile_are_out_of_their_range():
     assert (point.whole_note, point.shared_note) == ("", "")
     (point,) = (points := evaluate_hertz(replace(case, load_N=1e9)).points).points
     assert point.shared_note == point.whole_note == points.notes[0] == points.shared_notes[0]
-    assert "rail circle:300 ends 36.1 mm beside" in point.shared_note
+    assert "rail circle:300 ends 36.1 mm from the contact point" in point.shared_note

@@ -57,7 +57,7 @@ def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     >>> round(float(solve_analyn(line, 0.04).half_length_mm.max()), 3)
     2.0
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     ellipses = line.local_ellipses
     local_approach = np.maximum(approach_mm - line.f_mm / ellipses.part_t, 0.0)
     is_in_contact = local_approach > 0.0

@@ -58,7 +58,7 @@ def solve_equivalent_ellipse(line: GapLine, approach_mm: float) -> StripContact:
     >>> round(float(solve_equivalent_ellipse(line, 0.04).half_length_mm.max()), 2)
     2.0
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     level = VIRTUAL_PENETRATION * approach_mm
     regions_below = find_runs(line.f_mm < level)
     first, last = next(run for run in regions_below if run[0] <= line.touch <= run[1])
@@ -70,5 +70,7 @@ def solve_equivalent_ellipse(line: GapLine, approach_mm: float) -> StripContact:
     a = np.sqrt(float(shape.part_x) * approach_mm / line.A_per_mm)
     peak = line.contact_modulus_MPa * approach_mm / (a * float(shape.integral))
     if len(regions_below) > 1:
-        range_notes.append(f"{len(regions_below)} separate regions below the level, of which the ellipse has one")
+        range_notes.append(
+            f"{len(regions_below)} separate regions below the level; the ellipse covers only one of them"
+        )
     return build_strip_contact(line, approach_mm, a * ellipse_shape_factor, peak * ellipse_shape_factor, range_notes)

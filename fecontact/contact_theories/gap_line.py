@@ -91,20 +91,22 @@ class GapLine:
             for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
         )
         check_positive("gap coefficient A", self.A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
-        check_positive("contact modulus", self.contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa")
+        check_positive("contact modulus", self.contact_modulus_MPa, "MPa", "use contact_modulus_MPa of the case")
         if t.ndim != 1 or t.size < 5 or f.shape != t.shape or {b.shape, s.shape, angle.shape} - {t.shape, (0,)}:
             raise InputError(
-                f"gap line has positions {t.shape}, gaps {f.shape} and curvatures {b.shape}; allowed: one line of 5 or"
-                " more of each; give as many gaps as positions"
+                f"gap line has positions {t.shape}, gaps {f.shape} and curvatures {b.shape}; allowed: at least 5"
+                " positions in one dimension, each with a gap; give as many gaps as positions"
             )
         for name, values in (("position", t), ("gap", f), ("curvature", b), ("place", s), ("angle", angle)):
             if not np.all(np.isfinite(values)):
-                raise InputError(f"a {name} of the gap line is not finite; allowed: finite; cut the line where it ends")
+                raise InputError(
+                    f"a {name} of the gap line is not finite; allowed: finite; end the line where the values end"
+                )
         steps = np.diff(t)
         if steps[0] <= 0.0 or np.ptp(steps) > _MAX_STEP_DIFFERENCE * steps[0]:
             raise InputError(
-                f"steps of the gap line are {steps.min():g} to {steps.max():g} mm; allowed: > 0 and equal; interpolate"
-                " the gap on equal steps"
+                f"spacing of the gap line is {steps.min():g} to {steps.max():g} mm; allowed: > 0 and equal; interpolate"
+                " the gap to equal spacing"
             )
         f = f - f.min()
         object.__setattr__(self, "t_mm", t)
@@ -150,7 +152,10 @@ class GapLine:
         if not is_flat.any():
             return []
         share = 100.0 * np.count_nonzero(is_flat) / np.count_nonzero(is_in_contact)
-        return [f"{share:.0f} % of the patch is flat or concave across; {MIN_B_PER_MM:g} 1/mm stands for it"]
+        return [
+            f"{share:.0f} % of the patch is flat or concave across; its gap coefficient B was set to"
+            f" {MIN_B_PER_MM:g} 1/mm there"
+        ]
 
 
 def _curvature(f: Floats, step: float) -> Floats:
@@ -302,7 +307,7 @@ def end_notes(line: GapLine, first: int, last: int) -> list[str]:
         The reason why the theory is out of its range; empty if the region ends inside the line.
     """
     is_inside = first > 0 and last < line.t_mm.size - 1
-    return [] if is_inside else ["the region of contact reaches the end of the line; give a longer one"]
+    return [] if is_inside else ["the contact region reaches the end of the gap line; give longer profiles"]
 
 
 def interpolate_gap(line: GapLine, t_mm: ArrayLike) -> Floats:
@@ -443,7 +448,7 @@ def build_strip_contact(
     """
     notes = list(range_notes)
     if half_length_mm[0] > 0.0 or half_length_mm[-1] > 0.0:
-        notes.append("the patch reaches the end of the line; give a longer one")
+        notes.append("the patch reaches the end of the gap line; give longer profiles")
     return StripContact(
         status="out of range" if notes else "solved",
         notes=tuple(notes),
@@ -600,9 +605,11 @@ def _note_solutions(contact: StripContact, target_N: float, solutions: int) -> S
     notes = list(contact.notes)
     status = contact.status
     if solutions > 1:
-        notes.append(f"{solutions} approaches carry {target_N:g} N; this is the smallest")
+        notes.append(f"{solutions} approaches carry {target_N:g} N; the result is for the smallest approach")
         status = "several solutions" if status == "solved" else status
     if abs(contact.normal_force_N / target_N - 1.0) > _MIN_JUMP:
-        notes.append(f"the force jumps over {target_N:g} N at this approach: here it is {contact.normal_force_N:g} N")
+        notes.append(
+            f"the force jumps across {target_N:g} N at this approach; the result has {contact.normal_force_N:g} N"
+        )
         status = "jump" if status == "solved" else status
     return replace(contact, solutions=solutions, notes=tuple(notes), status=status)

@@ -183,7 +183,9 @@ def hertz_ellipse(
     check_positive("gap coefficient A", A_per_mm, "1/mm", curvature_remedy)
     check_positive("gap coefficient B", B_per_mm, "1/mm", curvature_remedy)
     check_positive("normal force", normal_force_N, "N", "give the compressive force", zero_allowed=True)
-    check_positive("contact modulus", contact_modulus_MPa, "MPa", "take it from contact_modulus_MPa of two materials")
+    check_positive(
+        "contact modulus", contact_modulus_MPa, "MPa", "compute it with combine_moduli_MPa from two materials"
+    )
     root_axis_ratio = math.exp(0.5 * _solve_log_axis_ratio(math.log(B_per_mm / A_per_mm)))
     # Semi-axes are size * root_axis_ratio and size / root_axis_ratio. The integrals are homogeneous, so the size
     # follows from the load.
@@ -264,7 +266,7 @@ def hertz_from_hessian(hessian_per_mm: ArrayLike, *, normal_force_N: float, cont
     if abs(h_xy - h_yx) > _MAX_HESSIAN_ASYMMETRY * float(np.max(np.abs(hessian))):
         raise InputError(
             f"Hessian of the gap is {hessian.tolist()} 1/mm; allowed: symmetric to {_MAX_HESSIAN_ASYMMETRY:g} of its "
-            "largest entry; symmetrise it or differentiate the gap with a smaller error"
+            "largest entry; symmetrise it, or differentiate the gap more accurately"
         )
     shear = 0.5 * (h_xy + h_yx)
     # Folding the double angle into the right half-plane selects the axis closest to x instead of the stiffer axis.
@@ -350,7 +352,12 @@ def calculate_ellipse_shape(A_per_mm: float, B_per_mm: ArrayLike) -> EllipseShap
     """
     check_positive("gap coefficient A", A_per_mm, "1/mm", "give cos(contact angle) / (2 rolling radius)")
     curvatures = np.asarray(B_per_mm, dtype=np.float64)
-    check_positive("smallest gap coefficient B", float(curvatures.min()), "1/mm", "Hertz needs a gap that opens across")
+    check_positive(
+        "smallest gap coefficient B",
+        float(curvatures.min()),
+        "1/mm",
+        "Hertz's theory needs a gap that opens across; check the curvatures",
+    )
     log_curvatures, log_axes = _axis_ratio_table()
     axis_ratio = np.exp(np.interp(np.log(A_per_mm / curvatures), log_curvatures, log_axes))
     integral = elliprf(0.0, axis_ratio**2, 1.0)
@@ -406,7 +413,7 @@ def hertz_spring_force_N(stiffness_N_per_mm15: float, approach_mm: ArrayLike) ->
     >>> hertz_spring_force_N(2.0, [-1.0, 1.0, 4.0])
     array([ 0.,  2., 16.])
     """
-    check_positive("Hertz stiffness", stiffness_N_per_mm15, "N/mm^1.5", "take it from a HertzContact")
+    check_positive("Hertz stiffness", stiffness_N_per_mm15, "N/mm^1.5", "use stiffness_N_per_mm15 of a HertzContact")
     return np.asarray(stiffness_N_per_mm15 * np.maximum(np.asarray(approach_mm, dtype=np.float64), 0.0) ** 1.5)
 
 

@@ -66,7 +66,7 @@ def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction:
     >>> round(float(solve_kik_piotrowski(line, 0.04).half_length_mm.max()), 3)
     2.098
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     level = VIRTUAL_PENETRATION * approach_mm
     half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
     contact_regions = find_runs(line.f_mm < level)
@@ -85,7 +85,7 @@ def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction:
         )
     range_notes = end_notes(line, contact_regions[0][0], contact_regions[-1][1])
     if len(contact_regions) > 1:
-        range_notes.append(f"{len(contact_regions)} separate regions, which the papers do not add up")
+        range_notes.append(f"{len(contact_regions)} separate regions; the published theory has a single region")
     return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
 

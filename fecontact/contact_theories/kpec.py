@@ -64,7 +64,7 @@ def solve_kpec(line: GapLine, approach_mm: float) -> StripContact:
     >>> round(float(solve_kpec(line, 0.04).half_length_mm.max()), 3)
     2.0
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     t, f, A = line.t_mm, line.f_mm, line.A_per_mm
     level = _RELATIVE_LEVEL * approach_mm
     regions_below = find_runs(f < level)
@@ -81,11 +81,11 @@ def solve_kpec(line: GapLine, approach_mm: float) -> StripContact:
     pressure = find_pressure_factor(line, a, line.touch, approach_mm) * a
     range_notes = end_notes(line, regions_below[0][0], regions_below[-1][1])
     if fitted_B < B:
-        range_notes.append(f"the parabola has {fitted_B:.2g} 1/mm; {B:g} 1/mm stands for it")
+        range_notes.append(f"the fitted gap coefficient B, {fitted_B:.2g} 1/mm, was set to {B:g} 1/mm")
     if len(regions_below) > 1:
         range_notes.append(
-            f"{len(regions_below)} separate regions below half the approach, through which one parabola is laid"
+            f"{len(regions_below)} separate regions below half the approach; a single parabola is fitted to them"
         )
     if len(find_runs(a > 0.0)) > 1:
-        range_notes.append("the patch falls into parts")
+        range_notes.append("the patch consists of separate regions")
     return build_strip_contact(line, approach_mm, a, pressure, range_notes)

@@ -117,10 +117,12 @@ def _hertz_range_notes(placement: Placement, hertz: HertzContact) -> tuple[str, 
     first = placement.first
     notes = [end_note] if (end_note := describe_profile_end(placement, first, hertz)) else []
     if first.at_junction:
-        notes.append("the touch point lies at a curvature junction: the ellipse has the curvature of one side")
+        notes.append("the contact point is at a curvature junction; the ellipse has the curvature of one side")
     closed_count = len(_closed_points(placement, hertz.approach_mm))
     if closed_count > 1:
-        notes.append(f"at its approach {closed_count} touch points are closed, of which it has one")
+        notes.append(
+            f"{closed_count} contact points are closed at the approach of the ellipse, which covers only one of them"
+        )
     return tuple(notes)
 
 
@@ -138,8 +140,8 @@ def _points_beyond_line(placement: Placement, line: GapLine, approach_mm: float)
     low, high = line.surface_mm[0], line.surface_mm[-1]
     points = [touch for touch in _closed_points(placement, approach_mm) if not low <= placement.arc_mm(touch) <= high]
     return tuple(
-        f"at its approach the touch point at y = {touch.rail_y_mm:+z.2f} mm on the rail is closed too, which its line"
-        " does not reach"
+        f"at this approach the contact point at y = {touch.rail_y_mm:+z.2f} mm on the rail is closed too, but the gap"
+        " line does not reach it"
         for touch in points
     )
 
@@ -172,7 +174,7 @@ def _multi_hertz(loaded: LoadedPlacement) -> TheoryContact | str | None:
     if points.shared_approach_mm is None:
         return next(point.problem for point in points.points if point.problem)
     patches = []
-    notes = (*["ellipses overlap: they are one patch"] * points.overlapping, *points.shared_notes)
+    notes = (*["the ellipses overlap, so they are a single patch"] * points.overlapping, *points.shared_notes)
     for point in points.points:
         if point.shared is None:
             continue

@@ -59,7 +59,7 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     >>> round(float(solve_stripes(line, 0.04).half_length_mm.max()), 3)
     2.0
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     f, ellipses = line.f_mm, line.local_ellipses
     depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - f, 0.0)
     is_in_contact = depth > 0.0

@@ -101,7 +101,7 @@ def solve_strip_theory_at_approach(line: GapLine, approach_mm: float, *, strips:
     Class of cost: a few linear systems with an equation per strip. Exact for constant curvature. The force increases
     with the approach, so that there is a single solution.
     """
-    check_positive("approach", approach_mm, "mm", "give how much the bodies come together")
+    check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     return _solve(line, strips, StripLoad(approach=approach_mm))
 
 
@@ -121,7 +121,7 @@ def _strip_method_line(line: GapLine, refinement: int = 1) -> StripGap:
 def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     """Solve the strip method on a gap line, and note problems."""
     if strips < _MIN_STRIPS:
-        raise InputError(f"number of strips is {strips}; allowed: {_MIN_STRIPS} and more; 100 are good to 0.1 %")
+        raise InputError(f"number of strips is {strips}; allowed: at least {_MIN_STRIPS}; 100 are accurate to 0.1 %")
     search = StripSearch(strips=strips)
     solution = solve_strips(_strip_method_line(line), load, search)
     refinement = math.ceil(line.step_mm / float(solution.h.min()))
@@ -130,13 +130,14 @@ def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     half_length = np.sqrt(solution.q)
     notes = []
     if solution.at_end:
-        notes.append("the patch reaches the end of the line; give a longer one")
+        notes.append("the patch reaches the end of the gap line; give longer profiles")
     if (turn_rad := _turn_within_patch(line, solution.t, half_length)) > _MAX_TURN_RAD:
         notes.append(
-            f"the surface turns by {turn_rad:.2f} rad within a patch; one plane is enough up to {_MAX_TURN_RAD:g} rad"
+            f"the surface turns by {turn_rad:.2f} rad within a patch; a single plane is valid up to"
+            f" {_MAX_TURN_RAD:g} rad"
         )
     if not solution.converged:
-        notes.append(f"sweeps did not end: c and q still change by {100.0 * solution.change:.1f} %")
+        notes.append(f"the iteration did not converge: c and q still change by {100.0 * solution.change:.1f} %")
     return StripContact(
         status="not converged" if not solution.converged else "out of range" if notes else "solved",
         notes=tuple(notes),

@@ -117,8 +117,8 @@ def describe_profile_end(placement: Placement, touch: ContactPoint, ellipse: Her
         if reach > margin:
             return (
                 f"Hertz's ellipse reaches {reach:.1f} mm across, but {profile.kind} {profile.name} ends {margin:.1f} mm"
-                " beside the touch point: the ellipse does not exist there; reduce the load, change the lateral shift,"
-                " or give a longer profile line"
+                " from the contact point, so a part of the ellipse is beyond the profile; reduce the load, change the"
+                " lateral shift, or give a longer profile"
             )
     return ""
 

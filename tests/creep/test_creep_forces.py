@@ -213,7 +213,10 @@ def test_what_curved_surfaces_change_is_warned_of():
     sharp = Case(lateral_shift_mm=-1.0, roll="given", creep=CREEP)
     comparison = compared(sharp)
     assert comparison.surface_of_muN > 0.01
-    assert f"change forces by up to {1e2 * comparison.surface_of_muN:.1f} % of mu N; --curved" in comparison.warnings[0]
+    assert (
+        f"change forces by up to {1e2 * comparison.surface_of_muN:.1f} % of mu N; use --curved"
+        in comparison.warnings[0]
+    )
     assert compared(replace(sharp, creep=replace(CREEP, curved=True))).warnings == ()
 
 
@@ -326,7 +329,9 @@ def test_the_record_has_both_sides_of_each_theory():
     assert json.loads(json.dumps(record)) == record
     assert set(record["theories"]) == set(CREEP_THEORIES)
     assert record["creepages"] == {"xi": 1e-3, "eta": 5e-4, "spin_per_mm": 1e-4}
-    assert "their theory has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    assert (
+        "the theory of Vermeulen and Johnson has no spin" in record["theories"]["vermeulen_johnson"]["hertz"]["problem"]
+    )
     assert record["theories"]["vermeulen_johnson"]["deviation_of_muN"] is None
     fastsim = record["theories"]["fastsim"]
     assert fastsim["hertz"]["fx_N"] < 0.0 < fastsim["fe"]["power_per_speed_N"]
@@ -354,7 +359,7 @@ def test_creepages_without_friction_are_refused_before_anything_is_solved():
 
 def test_high_friction_is_warned_of():
     comparison = compared(replace(ROUND, creep=replace(CREEP, friction=1.6)))
-    assert comparison.warnings == ("friction coefficient is 1.6: wheels on rails hardly have one above 1.5",)
+    assert comparison.warnings == ("friction coefficient is 1.6: wheels on rails rarely exceed 1.5",)
 
 
 # the command

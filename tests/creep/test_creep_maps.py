@@ -195,7 +195,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch
     assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 D", *["4.0 F"] * 3, *"!!!"]
     legend = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
     for words in (
-        "centre of pressure beside the touch point",
+        "centre of pressure away from the contact point",
         "shape of the patch",
         "above 1 it does not hold",
         "not to be used",

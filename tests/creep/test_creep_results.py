@@ -60,15 +60,15 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path
     keep_case(elliptic_quick, solved_folder)
     out = tmp_path / "judged"
     assert call(["judge", str(solved_folder), "--friction", "0.3", "--xi", "0.001", "--out", str(out)]) == 0
-    assert "for forces Hertz HOLDS, off by at most" in " ".join(capsys.readouterr().out.split())
+    assert "creep forces: Hertz HOLDS, largest deviation" in " ".join(capsys.readouterr().out.split())
     (row,) = load_table(out).rows.to_dict("records")
     page = ElementTree.fromstring((out / "report.html").read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
     heads, line = (
         ["".join(cell.itertext()) for cell in table_row] for table_row in list(next(page.iter("table")).iter("tr"))[:2]
     )
     cells_by_heading = dict(zip(heads, line, strict=True))
-    assert cells_by_heading["for forces"] == "HOLDS"
-    assert cells_by_heading["force off by, % of mu N"].startswith(
+    assert cells_by_heading["creep forces"] == "HOLDS"
+    assert cells_by_heading["force deviation, % of mu N"].startswith(
         f"{1e2 * float(row['creep_verdict_deviation_of_muN']):.1f} ±"
     )
     # Hertz is exact here: what is left are nodes, cells and the elements
@@ -88,7 +88,7 @@ def test_friction_gives_creep_forces_from_stored_fields(elliptic_quick, tmp_path
     )
     assert cells_by_heading["deviation_of_muN"] < 5e-3
     print_parts(case_parts(record), long=True)
-    assert "for forces Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
+    assert "creep forces: Hertz HOLDS" in " ".join(capsys.readouterr().out.split())
     # the stored case itself stays without, and without friction nothing is told of creepages
     assert load(solved_folder).case == elliptic_quick.case
     assert call(["judge", str(solved_folder), "--xi", "0.001"]) == 2

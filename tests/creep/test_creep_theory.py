@@ -224,7 +224,7 @@ def test_the_area_of_adhesion_carries_the_rest_of_the_force():
 
 
 def test_spin_is_refused_where_the_theory_has_none():
-    with pytest.raises(InputError, match=r"spin is 0.0001 1/mm; allowed .* 0, .* use she"):
+    with pytest.raises(InputError, match=r"spin is 0.0001 1/mm; allowed: 0, because .* has no spin; use she"):
         vermeulen_johnson(WIDE, Creepages(xi=1e-3, spin_per_mm=1e-4))
 
 

@@ -256,7 +256,7 @@ def test_cells_keep_load_area_and_place():
     assert cells.area_mm2 == pytest.approx(32.0 * math.pi, rel=4e-3)
     centre = (cells.pressure_MPa.sum(axis=0) @ cells.y_mm) / cells.pressure_MPa.sum()
     assert centre == pytest.approx(3.0, abs=1e-3)
-    with pytest.raises(InputError, match="allowed: 8 and more"):
+    with pytest.raises(InputError, match="allowed: at least 8"):
         coarsen_pressure(x, y, pressure, area_mm2=32.0 * math.pi, cells=4)
 
 

@@ -281,7 +281,7 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     assert 0.006 < limits[30.0] < 0.0105
     assert call(list(words)) == 0
     printed = capsys.readouterr().out
-    assert "Amplitude up to which a model is within 5 %" in printed
+    assert "Largest amplitude with errors of force and peak within 5 %" in printed
 
 
 # at 0 mm the patch of S1002 on 60E1 reaches over a junction to a second lobe; two cylinders are Hertz's own bodies
@@ -301,7 +301,9 @@ def test_whether_hertz_holds_without_the_irregularity_is_said(case, holds):
     assert {name: smooth_record[name] for name in off} == pytest.approx(off, abs=1e-3)
     assert (smooth_record["holds"], smooth_record["problem"]) == (holds, None)
     _, line, *_ = format_irregular(record)
-    assert line.startswith(f"Hertz's force and peak {'hold' if holds else 'FAIL'} on these profiles without it: ")
+    assert line.startswith(
+        f"Hertz's force and peak {'hold' if holds else 'FAIL'} on the full profiles without the irregularity: "
+    )
     assert f"{100 * off['peak_error']:+z.1f} %" in line
 
 
@@ -313,7 +315,7 @@ def test_a_half_space_without_an_answer_leaves_open_whether_hertz_holds(monkeypa
     record = fecontact.irregular(ELLIPTIC, wavelengths_mm=[60.0], amplitudes_mm=[0.01])
     assert record["without_irregularity"]["holds"] is None
     _, line, *_ = format_irregular(record)
-    assert line.endswith("without it is not known: it grows without bound")
+    assert line.endswith("without the irregularity: it grows without bound")
 
 
 def test_a_measured_line_has_its_worst_places_named(capsys, tmp_path):
@@ -390,10 +392,10 @@ def test_units_of_a_table_are_converted(tmp_path):
 
 
 def test_what_nodes_cannot_follow_or_a_table_does_not_reach_is_refused():
-    with pytest.raises(InputError, match=r"its shortest wave is 1 mm, .* allowed: 1\.8 mm and more"):
+    with pytest.raises(InputError, match=r"the shortest wave is 1 mm; allowed: at least 1\.8 mm on a patch"):
         fecontact.irregular(ELLIPTIC, wavelengths_mm=[1.0], amplitudes_mm=[1e-4])
     line = table(lambda s: 1e-4 * s)
-    with pytest.raises(InputError, match="the contact at 58 mm reaches past its ends, -60 and 60 mm"):
+    with pytest.raises(InputError, match="the contact at 58 mm reaches beyond its ends, -60 and 60 mm"):
         fecontact.irregular(ELLIPTIC, irregularity=line, positions_mm=[58.0])
     with pytest.raises(InputError, match="give either wavelengths and amplitudes for a map, or an irregularity"):
         fecontact.irregular(ELLIPTIC)
@@ -405,8 +407,8 @@ def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_name
     high = fecontact.irregular(ELLIPTIC, wavelengths_mm=[160.0], amplitudes_mm=[0.2])
     assert any("leaves the rail over the hollows" in note for note in high["notes"])
     wheel_flat = fecontact.irregular(ELLIPTIC, irregularity="chord:length_mm=40", positions_mm=[10.0])
-    assert any("eq6 sees wheel and rail apart at 1 of 1 places" in note for note in wheel_flat["notes"])
-    assert any("no bound" in note and "haversine" in note for note in wheel_flat["notes"])
+    assert any("eq6 has no contact at 1 of 1 places" in note for note in wheel_flat["notes"])
+    assert any("is unbounded" in note and "haversine" in note for note in wheel_flat["notes"])
     assert wheel_flat["places"][0]["p_max_MPa"] is None
     # a cell that is too steep is one that says why, among others that are solved
     steep = fecontact.irregular(ELLIPTIC, wavelengths_mm=[12.0], amplitudes_mm=[0.01, 0.2])

@@ -96,14 +96,14 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
     assert lines[1].split()[1] == "+"
     assert "*" in lines[2]
     assert "*" not in lines[1]
-    assert any(line.startswith("* Hertz at all touch points") for line in lines)
+    assert any(line.startswith("* Hertz at all contact points") for line in lines)
     figures = []
     monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
     save_map_figure(build_verdict_view(springs), "unused.png")
     (ax,) = figures[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
     assert [line.get_xdata()[0] for line in marks] == [pytest.approx(5.0, abs=0.6)]
-    assert "Hertz at all touch points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert "Hertz at all contact points, as springs, holds" in [text.get_text() for text in ax.get_legend().get_texts()]
     record = build_map_record(springs)["cells"]
     assert [MULTI_HERTZ in cell["theories"] for cell in record] == [False, True]
     theory = record[1]["theories"][MULTI_HERTZ]
@@ -116,7 +116,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
         [["".join(cell.itertext()) for cell in line] for line in patch.iter("tr")] for patch in page.iter("table")
     ]
     (rows,) = (rows for rows in tables if rows[0][-1] == "cheapest theory that holds")
-    assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all touch points, as springs"]
+    assert [line[-1] for line in rows[1:]] == ["Hertz", "Hertz at all contact points, as springs"]
 
 
 def test_a_further_theory_is_in_maps(judged_result, tmp_path):
@@ -441,7 +441,7 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     assert call([*arguments, "--map", str(folder), "--rail", "60E2"]) == 2
     assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
     assert call([*arguments, "--shares", "1"]) == 2
-    assert "there are 1 shares for 2 radii" in capsys.readouterr().err
+    assert "number of shares is 1; allowed: 2, a share >= 0 for each radius" in capsys.readouterr().err
 
 
 def test_a_wheel_on_a_map_has_the_verdict_of_the_load_limits_and_none_beside_what_was_solved(mapped):

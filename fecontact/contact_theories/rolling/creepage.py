@@ -301,7 +301,7 @@ def check_friction(friction: float) -> tuple[str, ...]:
     """
     if friction <= _MAX_USUAL_FRICTION:
         return ()
-    return (f"friction coefficient is {friction:g}: wheels on rails hardly have one above {_MAX_USUAL_FRICTION:g}",)
+    return (f"friction coefficient is {friction:g}: wheels on rails rarely exceed {_MAX_USUAL_FRICTION:g}",)
 
 
 def combine_materials(friction: float, first: Material, second: Material) -> RollingPair:

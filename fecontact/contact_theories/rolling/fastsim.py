@@ -227,7 +227,7 @@ def fastsim_strips(
         If there is no cell along a strip.
     """
     if cells < 1:
-        raise InputError(f"cells along a strip are {cells!r}; allowed: 1 and more; 20 to 50 are usual")
+        raise InputError(f"cells along a strip are {cells!r}; allowed: at least 1; 20 to 50 are usual")
     piece_sums = [_integrate_tractions(piece, creepages, bound, cells) for piece in pieces]
     fx, fy, mz, power, adhesion, slip = (sum(piece_sum[index] for piece_sum in piece_sums) for index in range(6))
     return CreepForce(

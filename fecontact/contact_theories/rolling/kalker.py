@@ -88,10 +88,12 @@ def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
     slack = 1e-9
     if not _MIN_AXIS_RATIO * (1.0 - slack) <= a_over_b <= (1.0 + slack) / _MIN_AXIS_RATIO:
         raise InputError(
-            f"a/b is {a_over_b!r}; allowed: 0.1 to 10, where Kalker's table ends; use the rolling half-space beyond"
+            f"a/b is {a_over_b!r}; allowed: 0.1 to 10, the range of Kalker's table; use rolling_half_space"
         )
     if not 0.0 <= poisson <= 0.5:
-        raise InputError(f"Poisson's ratio is {poisson!r}; allowed: 0 to 0.5, where Kalker's table ends")
+        raise InputError(
+            f"Poisson's ratio is {poisson!r}; allowed: 0 to 0.5, the range of Kalker's table; correct the material"
+        )
     weights = np.array(
         [8.0 * (poisson - 0.25) * (poisson - 0.5), -16.0 * poisson * (poisson - 0.5), 8.0 * poisson * (poisson - 0.25)]
     )

@@ -126,8 +126,8 @@ def vermeulen_johnson(contact: RollingEllipse, creepages: Creepages) -> CreepFor
     """
     if creepages.spin_per_mm != 0.0:
         raise InputError(
-            f"spin is {creepages.spin_per_mm!r} 1/mm; allowed for Vermeulen and Johnson: 0, their theory has no spin;"
-            " use she, polach, fastsim or rolling_half_space"
+            f"spin is {creepages.spin_per_mm!r} 1/mm; allowed: 0, because the theory of Vermeulen and Johnson has no"
+            " spin; use she, polach, fastsim or rolling_half_space"
         )
     c11, c22 = vermeulen_johnson_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
     stiffness = contact.shear_MPa * contact.a_mm * contact.b_mm

@@ -26,9 +26,9 @@ class EllipseOptions:
     friction
         Coefficient of friction, > 0.
     xi
-        Longitudinal creepage, over the rolling speed.
+        Longitudinal creepage, relative to the rolling speed.
     eta
-        Lateral creepage.
+        Lateral creepage, relative to the rolling speed.
     spin_per_mm
         Spin in 1/mm.
     young_mpa
@@ -49,15 +49,15 @@ class EllipseOptions:
 
 
 def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -> int:
-    """Creep forces on an elliptic contact by every theory; analytic, no mesh, no gmsh.
+    """Creep forces on a contact ellipse by each theory (no mesh).
 
-    Forces are those on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages
-    are the wheel's against the rail: positive xi gives negative Fx.
+    The forces act on the wheel: x in the running direction, y to the field side, z up for the left wheel. Creepages are
+    velocities of the wheel relative to the rail: if xi is positive, Fx is negative.
 
     Parameters
     ----------
     theory
-        kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space, several with commas between, or all.
+        Theories, separated by commas, or all: kalker, vermeulen_johnson, she, polach, fastsim, rolling_half_space.
     json
         Print the result as JSON and nothing else.
     """

@@ -166,11 +166,14 @@ def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> 
     yield from check_friction(friction)
     wheel, rail = load.case.wheel_material, load.case.rail_material
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
-        yield "wheel and rail have different elastic constants: what the pressure does to the slip is left out"
+        yield "wheel and rail have different elastic constants: the effect of the pressure on the slip is neglected"
     if read_patch(load.fe).pieces > 1:
-        yield "on separate patches the laws for one ellipse take one of the second moments of all"
+        yield (
+            "the contact has separate patches: laws for a single ellipse use the ellipse of the second moments of all"
+            " patches"
+        )
     if surface_effect > _NEGLIGIBLE_SURFACE_EFFECT:
         yield (
-            f"the surfaces are curved across the patch: creepages that follow them change forces by up to"
-            f" {1e2 * surface_effect:.1f} % of mu N; --curved takes them"
+            "the surfaces are curved across the patch: creepages that follow them change forces by up to"
+            f" {1e2 * surface_effect:.1f} % of mu N; use --curved to include this"
         )

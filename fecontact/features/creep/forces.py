@@ -175,7 +175,7 @@ def _solve_rolling_half_space(patch: CreepPatch, creepages: CreepageField) -> Cr
         plane = creepages.at(0.0, 0.0)
         raise ConvergenceError(
             f"the rolling half-space did not converge at xi {plane.xi:g}, eta {plane.eta:g}, spin"
-            f" {plane.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); take FASTSIM there"
+            f" {plane.spin_per_mm:g} 1/mm (residual {solution.friction.residual:.1e}); use fastsim there"
         )
     return solution.force
 

@@ -52,9 +52,12 @@ FORCE_MAP = VerdictReadingView(
     short="creep forces",
     read=_read_hertz_judgement,
     judge=judge_hertz_force,
-    causes={DISPLACED_CENTRE: ("D", "centre of pressure beside\nthe touch point"), PATCH_SHAPE: ("F", PATCH_SHAPE)},
-    missing="the map has no friction coefficient; give one too, for example --friction 0.3 (fecontact judge FOLDER"
-    " takes it for a map that was made without, and solves nothing again)",
+    causes={
+        DISPLACED_CENTRE: ("D", "centre of pressure away from\nthe contact point"),
+        PATCH_SHAPE: ("F", PATCH_SHAPE),
+    },
+    missing="the map has no friction coefficient; add one, for example --friction 0.3 (for a stored map without"
+    " friction use fecontact judge FOLDER --friction 0.3, which solves no case again)",
 )
 
 
@@ -93,8 +96,8 @@ LAW_MAP = LawReadingView(
         "strips": ("FS", "#f5b878"),
         "real": ("ER", "#d55e00"),
     },
-    note="the cheapest theory of creep forces within {within}, and by how much of µN it is off, %",
-    number="off by at most, % of µN",
+    note="cheapest theory of creep forces within {within}, and its largest deviation in % of µN",
+    number="largest deviation, % of µN",
     of=lambda name, judgement: "" if name == REFERENCE_LAW else f"{1e2 * judgement.deviation[FORCE_MEASURE]:.1f}",
     columns=_make_law_columns,
 )

@@ -159,7 +159,7 @@ def coarsen_pressure(
         If `cells` is less than 8, which resolves nothing.
     """
     if cells < 8:
-        raise InputError(f"cells along the patch are {cells!r}; allowed: 8 and more; 40 are usual")
+        raise InputError(f"cells along the patch are {cells!r}; allowed: at least 8; 40 are usual")
     ends = [(coordinates, np.flatnonzero(pressure_MPa.any(axis=axis))) for axis, coordinates in ((1, x_mm), (0, y_mm))]
     (x_low, x_high), (y_low, y_high) = (
         (

@@ -128,7 +128,7 @@ def report_creep_forces(record: TableRecord) -> OutputLines:
     yield from _report_problems({theory: forces["fe"] for theory, forces in theories.items()})
     deviations = {name: forces["deviation_of_muN"] for name, forces in theories.items()}
     deviations_text = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in deviations.items() if value is not None)
-    yield f"Hertz is off in force by, % of mu N: {deviations_text}"
+    yield f"deviation of Hertz's creep force, % of mu N: {deviations_text}"
     deviation_percent, uncertainty_percent = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
     condition = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_format_creepages(record['decided'][0])}"
     yield _format_force_verdict(verdict["answer"], deviation_percent, uncertainty_percent, verdict["cause"], condition)
@@ -139,9 +139,10 @@ def _format_force_verdict(
     answer: str, deviation: float, uncertainty: float, cause: str | None, condition: str = ""
 ) -> str:
     """Sentence with the answer for Hertz by creep forces; numbers in percent of mu N."""
-    because = f": {cause}" if cause else ""
+    because = f"; cause: {cause}" if cause else ""
     return (
-        f"for forces Hertz {answer}, off by at most {deviation:.1f} ± {uncertainty:.1f} % of mu N{condition}{because}"
+        f"creep forces: Hertz {answer}, largest deviation {deviation:.1f} ± {uncertainty:.1f} % of mu N"
+        f"{condition}{because}"
     )
 
 
@@ -182,8 +183,8 @@ CREEP = Telling(
     record=_make_creep_record,
     left_out=("creep_theories_[!r]*", "creep_warnings", "creep_decided", "creep_centre_*"),
     columns=(
-        text_column("for forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
-        text_column("force off by, % of mu N", _format_force_deviation, "number"),
+        text_column("creep forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
+        text_column("force deviation, % of mu N", _format_force_deviation, "number"),
     ),
     parts=report_creep_forces,
     of_rows=report_force_verdicts,

@@ -25,29 +25,29 @@ class CurveOptions:
     Attributes
     ----------
     vehicle
-        wheelset (free, 60 kN a wheel), manchester, metro, or a TOML file like those.
+        wheelset (free, 60 kN per wheel), manchester, metro, or a TOML file in the same format.
     bogie
-        The leading or the trailing one of the vehicle.
+        Bogie of the vehicle: leading or trailing.
     radii
-        Radii in m: numbers and ranges FROM:TO:STEP, separated by commas; positive to the right, where the left wheels
-        are the outer ones, negative to the left.
+        Radii in m: numbers and ranges FROM:TO:STEP, separated by commas; positive to the right, with the left wheels
+        outside, negative to the left.
     theory
-        Of the normal force: overlap (strips that carry their own overlap), or any of `fecontact theories` but
-        hertz_gauge; several with commas between, each of which is held against the last.
+        Theories of the normal force, separated by commas: overlap (each strip carries its overlap), or any of
+        `fecontact theories` except hertz_gauge. Each theory is compared with the last theory.
     friction
         Coefficient of friction, > 0.
     cant_mm
-        Cant in mm over 1500 mm.
+        Cant in mm, over 1500 mm.
     unbalanced_m_s2
-        Lateral acceleration in the plane of the track that cant leaves over, outwards, in m/s2; makes the speed.
+        Unbalanced lateral acceleration in the plane of the track in m/s2, positive outwards; determines the speed.
     speed_km_h
-        Speed in km/h, instead of that.
+        Speed in km/h, instead of --unbalanced-m-s2.
     shares
-        Share of the way that each radius has, separated by commas, for what is told of the map; else equal ones.
+        Share of the distance with each radius, separated by commas; equal shares if not given.
     map
-        Folder of a map of the same pair: where all wheels are on it, and which cheap theory holds there.
+        Folder of a map of the same pair: adds the verdict and the cheapest theory that holds for each wheel.
     workers
-        Processes, one a theory.
+        Number of processes; a process solves a theory at a time.
     """
 
     vehicle: str = "manchester"
@@ -79,7 +79,7 @@ class CurveOptions:
         share_values = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(radius_values)
         if len(share_values) != len(radius_values):
             raise InputError(
-                f"there are {len(share_values)} shares for {len(radius_values)} radii; give one number >= 0 for each"
+                f"number of shares is {len(share_values)}; allowed: {len(radius_values)}, a share >= 0 for each radius"
             )
         return (
             dict(zip(radius_values, share_values, strict=True))

@@ -56,16 +56,16 @@ class Conditions:
     """
 
     friction: float = input_field(0.3, FRICTION)
-    cant_mm: float = number_field(100.0, "Cant, over 1500 mm", high=300.0, remedy="tracks have up to 180 mm")
+    cant_mm: float = number_field(100.0, "Cant, over 1500 mm", high=300.0, remedy="usual values are 0 to 180 mm")
     unbalanced_m_s2: float = number_field(
         0.0,
         "Lateral acceleration in the plane of the track, outwards positive",
         label="unbalanced acceleration",
         low=-MAX_UNBALANCED_M_S2,
         high=MAX_UNBALANCED_M_S2,
-        remedy="usual limits are 0.65 to 1 m/s2, those of tilting trains 2",
+        remedy="usual limits are 0.65 to 1 m/s2, and 2 m/s2 for tilting trains",
     )
-    speed_km_h: float | None = number_field(None, "Running speed", remedy="leave it out for a balanced one")
+    speed_km_h: float | None = number_field(None, "Running speed", remedy="omit it for the balanced speed")
 
     def __post_init__(self) -> None:
         """Refuse a speed together with an unbalanced acceleration.
@@ -80,7 +80,7 @@ class Conditions:
         if self.speed_km_h is not None and self.unbalanced_m_s2 != 0.0:
             raise InputError(
                 f"unbalanced acceleration is {self.unbalanced_m_s2:g} m/s2 and speed {self.speed_km_h:g} km/h; allowed:"
-                " one of both, since one makes the other; leave one out"
+                " only one of them, because each determines the other; omit one"
             )
 
 
@@ -179,8 +179,8 @@ def _compute_speed_m_s(conditions: Conditions, curvature_per_mm: float, tilt_rad
     lateral_acceleration = fraction * conditions.unbalanced_m_s2 + GRAVITY_M_S2 * math.sin(tilt_rad)
     if lateral_acceleration < 0.0:
         raise InputError(
-            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: no less than a vehicle has that"
-            f" stands on the cant of {conditions.cant_mm:g} mm; give a larger one, or more cant"
+            f"unbalanced acceleration is {conditions.unbalanced_m_s2:g} m/s2; allowed: at least the value of a vehicle"
+            f" at rest on the cant of {conditions.cant_mm:g} mm; increase the acceleration or the cant"
         )
     return math.sqrt(lateral_acceleration / (1e3 * abs(curvature_per_mm) * math.cos(tilt_rad)))
 
@@ -208,7 +208,7 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
         If a radius is too small, since the wheelbase's arrow in the curve must fit into the clearance of the gauge; or
         if a wheel cannot stand on its rail.
     """
-    min_radius, reason = _MIN_RADIUS_M, "tighter ones need guard rails"
+    min_radius, reason = _MIN_RADIUS_M, "tighter curves need guard rails"
     if vehicle.bogie is not None:
         clearance = sum(_find_largest_shift_mm(side.pair) for side in (wheelset.left, wheelset.right))
         arrow = 0.5 * (1e3 * vehicle.bogie.frame.half_wheelbase_m) ** 2
@@ -219,7 +219,7 @@ def curvatures_per_mm(radii_m: Sequence[float], vehicle: Vehicle, wheelset: Whee
     for radius in radii_m:
         if not math.isfinite(radius) or abs(radius) < min_radius:
             raise InputError(
-                f"radius is {radius:g} m; allowed: {min_radius:.0f} m and more, negative to the left; {reason}"
+                f"radius is {radius:g} m; allowed: at least {min_radius:.0f} m, negative to the left; {reason}"
             )
     return [-1e-3 / radius for radius in radii_m]
 
@@ -264,12 +264,12 @@ def check_speed(vehicle: Vehicle, track: TrackConditions) -> None:
     message = f"speed is {3.6 * track.speed_m_s:.0f} km/h at R {1.0 / curvature:.0f} m; allowed: below"
     if abs(across) * height_m >= abs(down) * 0.5e-3 * CANT_BASE_MM:
         max_speed = math.sqrt(GRAVITY_M_S2 * math.tan(math.atan(0.5e-3 * CANT_BASE_MM / height_m) + cant) / curvature)
-        raise InputError(f"{message} {3.6 * max_speed:.0f} km/h, where the vehicle overturns; run slower")
+        raise InputError(f"{message} {3.6 * max_speed:.0f} km/h, where the vehicle overturns; reduce the speed")
     if abs(across) > MAX_UNBALANCED_M_S2 + _SPEED_ROUNDING_M_S2:
         max_speed = math.sqrt((MAX_UNBALANCED_M_S2 + GRAVITY_M_S2 * math.sin(cant)) / (curvature * math.cos(cant)))
         raise InputError(
-            f"{message} {3.6 * max_speed:.0f} km/h, where cant leaves {MAX_UNBALANCED_M_S2:g} m/s2 over; run slower, or"
-            " give more cant"
+            f"{message} {3.6 * max_speed:.0f} km/h, where the unbalanced acceleration is {MAX_UNBALANCED_M_S2:g} m/s2;"
+            " reduce the speed or increase the cant"
         )
 
 
@@ -495,10 +495,10 @@ def _describe_derailment(runs: Sequence[WheelsetRun], wheelset: Wheelset, fricti
             shift_to_rail = wheelset_run.lateral_shift_mm if side == "left" else -wheelset_run.lateral_shift_mm
             if wheel.y_over_q > limit and shift_to_rail > 0.0:
                 notes.append(
-                    f"wheelset {wheelset_number}, {side}: Y/Q {wheel.y_over_q:.2f} is beyond Nadal's {limit:.2f}"
+                    f"wheelset {wheelset_number}, {side}: Y/Q {wheel.y_over_q:.2f} exceeds Nadal's limit {limit:.2f}"
                 )
             elif main_patch is not None and main_patch.angle_rad > flange_angle - _CLIMBING_MARGIN_RAD:
-                notes.append(f"wheelset {wheelset_number}, {side}: it runs on the steepest place of its flange")
+                notes.append(f"wheelset {wheelset_number}, {side}: the wheel runs on the steepest place of its flange")
     return tuple(notes)
 
 

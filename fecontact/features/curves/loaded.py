@@ -93,7 +93,7 @@ def compute_radius_differences_mm(
     -----
     Range of validity: quasi-static contact without creep forces.
     """
-    check_positive("wheel load", wheel_load_N, "N", "give the vertical load of one wheel")
+    check_positive("wheel load", wheel_load_N, "N", "give the vertical load per wheel")
     sides, normal, modulus = Surfaces.make_sides(wheelset), normal_theory(theory), combine_moduli_MPa(*materials)
 
     def solve_wheel(overlap: Overlap | None) -> tuple[float, float]:
@@ -133,8 +133,8 @@ def compute_radius_differences_mm(
         )
         if largest_magnitude(wheels.residual_N) >= _LOAD_TOLERANCE * wheel_load_N:
             raise InputError(
-                f"lateral shift {shift:g} mm: no height and roll carry {wheel_load_N:g} N on both wheels; give another"
-                " load, or smaller shifts"
+                f"lateral shift {shift:g} mm: no position of the wheelset carries {wheel_load_N:g} N on both wheels;"
+                " change the load, or give smaller shifts"
             )
         return float(wheels.radii_mm[0] - wheels.radii_mm[1])
 
@@ -205,9 +205,8 @@ def _choose_shifts(wheelset: Wheelset) -> list[float]:
         motion = None if rigid is None else rigid.motion(_AMPLITUDES_MM[-1])
         if motion is None:
             raise InputError(
-                f"the rolling radii of both wheels are equal at no shift between {-_MAX_SHIFT_MM:g} and"
-                f" {_MAX_SHIFT_MM:g} mm about which the wheelset could move by {_AMPLITUDES_MM[-1]:g} mm; check"
-                " profiles and diameters of both sides"
+                f"no shift between {-_MAX_SHIFT_MM:g} and {_MAX_SHIFT_MM:g} mm has equal rolling radii of both wheels"
+                f" and allows a motion of {_AMPLITUDES_MM[-1]:g} mm; check profiles and diameters of both sides"
             )
         low, high = motion.low_mm - _SHIFT_MARGIN_MM, motion.high_mm + _SHIFT_MARGIN_MM
     return [float(shift) for shift in np.linspace(low, high, round((high - low) / _SHIFT_STEP_MM) + 1)]

@@ -27,7 +27,7 @@ def _positive_field(help: str, default: Any = MISSING, **options: Any) -> Any:
 
     `options` are further keywords of `number`, such as `low` and `high`.
     """
-    return number_field(default, help, remedy="compare with the vehicles that come with the program", **options)
+    return number_field(default, help, remedy="compare with the built-in vehicles", **options)
 
 
 def _field_from_zero(help: str, default: Any = 0.0) -> Any:
@@ -68,7 +68,7 @@ class Frame:
     mass_kg: float = _positive_field("Mass of the frame")
     roll_inertia_kg_m2: float = _positive_field("Roll inertia of the frame")
     yaw_inertia_kg_m2: float = _positive_field("Yaw inertia of the frame")
-    height_m: float = _positive_field("Height of the frame's centre", high=5.0, inclusive=False)
+    height_m: float = _positive_field("Height of the centre of mass of the frame", high=5.0, inclusive=False)
     half_wheelbase_m: float = _positive_field("Half of the wheelbase", high=10.0, inclusive=False)
 
 
@@ -80,8 +80,8 @@ class Body:
     """
 
     mass_kg: float = _positive_field("Mass of the body")
-    height_m: float = _positive_field("Height of the body's centre", high=10.0, inclusive=False)
-    half_pivots_m: float = _positive_field("Half of the distance of the pivots", high=30.0, inclusive=False)
+    height_m: float = _positive_field("Height of the centre of mass of the body", high=10.0, inclusive=False)
+    half_pivots_m: float = _positive_field("Half of the distance between the pivots", high=30.0, inclusive=False)
 
 
 @input_dataclass
@@ -94,7 +94,9 @@ class Primary:
     longitudinal_N_per_m: float = _positive_field("Longitudinal primary stiffness")
     lateral_N_per_m: float = _positive_field("Lateral primary stiffness")
     vertical_N_per_m: float = _positive_field("Vertical primary stiffness")
-    half_distance_m: float = _positive_field("Half of the distance of the primary springs", high=3.0, inclusive=False)
+    half_distance_m: float = _positive_field(
+        "Half of the distance between the primary springs", high=3.0, inclusive=False
+    )
     longitudinal_Ns_per_m: float = _field_from_zero("Longitudinal primary damping")
     lateral_Ns_per_m: float = _field_from_zero("Lateral primary damping")
     vertical_Ns_per_m: float = _field_from_zero("Vertical primary damping")
@@ -107,7 +109,9 @@ class Secondary:
     longitudinal_N_per_m: float = _field_from_zero("Longitudinal secondary stiffness", MISSING)
     lateral_N_per_m: float = _field_from_zero("Lateral secondary stiffness", MISSING)
     vertical_N_per_m: float = _positive_field("Vertical secondary stiffness")
-    half_distance_m: float = _positive_field("Half of the distance of the secondary springs", high=3.0, inclusive=False)
+    half_distance_m: float = _positive_field(
+        "Half of the distance between the secondary springs", high=3.0, inclusive=False
+    )
     height_m: float = _positive_field("Height of the secondary springs", high=5.0, inclusive=False)
     roll_bar_Nm_per_rad: float = _field_from_zero("Stiffness of the anti-roll bar")
     longitudinal_Ns_per_m: float = _field_from_zero("Longitudinal secondary damping")
@@ -147,8 +151,9 @@ class Bogie:
         tilting = 0.5 * self.body.mass_kg * GRAVITY_M_S2 * (self.body.height_m - self.secondary.height_m)
         if self.roll_stiffness_Nm_per_rad <= tilting:
             raise InputError(
-                f"secondary springs and anti-roll bar have {self.roll_stiffness_Nm_per_rad:.4g} N m/rad; allowed: more"
-                f" than {tilting:.4g}, with which half the body's weight tilts it over; give stiffer ones"
+                f"roll stiffness of secondary springs and anti-roll bar is {self.roll_stiffness_Nm_per_rad:.4g} N"
+                f" m/rad; allowed: more than {tilting:.4g} N m/rad, so that half the weight of the body does not tilt"
+                " it over; give stiffer springs"
             )
 
     @property
@@ -222,7 +227,7 @@ def choose_bogie(vehicle: Vehicle, bogie_name: str) -> Vehicle:
     leads = bogie_name == BOGIES[0]
     if vehicle.bogie is None:
         if not leads:
-            raise InputError(f"bogie is {bogie_name!r}, but {vehicle.name} has none; leave it out")
+            raise InputError(f"bogie is {bogie_name!r}, but {vehicle.name} has no bogies; omit the bogie")
         return vehicle
     return replace(vehicle, bogie=replace(vehicle.bogie, leads=leads))
 
@@ -268,7 +273,7 @@ def load_vehicle(spec: str) -> Vehicle:
     try:
         tables = tomllib.loads(path.read_text("utf-8"))
     except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"vehicle {path.name}: it is not TOML ({error}); correct it") from error
+        raise InputError(f"vehicle {path.name} is not valid TOML ({error}); correct the file") from error
     try:
         return _build_vehicle(tables)
     except InputError as error:
@@ -285,11 +290,11 @@ def _build_vehicle(tables: Mapping[str, Any]) -> Vehicle:
     """
     known_keys = {"name", "source", *_TABLES}
     if unknown := [key for key in tables if key not in known_keys]:
-        raise InputError(f"{unknown[0]}: there is no such key; keys: {', '.join(sorted(known_keys))}")
+        raise InputError(f"{unknown[0]}: unknown key; allowed: {', '.join(sorted(known_keys))}")
     has_bogie = any(table in tables for table in _BOGIE_TABLES)
     if has_bogie == ("guide" in tables):
         raise InputError(
-            f"it needs either [guide] (one wheelset with its load) or all of [{'], ['.join(_BOGIE_TABLES)}], not both"
+            f"give either [guide] (a wheelset with its load) or all of [{'], ['.join(_BOGIE_TABLES)}], not both"
         )
     required_tables = ("wheelset", *(_BOGIE_TABLES if has_bogie else ("guide",)))
     table_values: dict[str, Any] = {name: read_table(_TABLES[name], name, tables.get(name)) for name in required_tables}

@@ -73,7 +73,7 @@ def place_wheel(pair: Pair, shift_mm: float) -> Placement:
     placement = pair.placed(shift_mm, 0.0, 0.0)
     if isinstance(placement, str):
         raise InputError(
-            f"a wheel cannot stand on its rail: {placement}; check gauge, profiles and back-to-back distance"
+            f"the wheel cannot be placed on its rail: {placement}; check gauge, profiles and back-to-back distance"
         )
     return placement
 
@@ -345,7 +345,7 @@ def errors_as_out_of_reach() -> Iterator[None]:
         with np.errstate(divide="raise", over="raise", invalid="raise"):
             yield
     except (InputError, FloatingPointError, ZeroDivisionError, np.linalg.LinAlgError) as error:
-        raise OutOfReachError(f"the force of a contact cannot be computed: {error}") from error
+        raise OutOfReachError(f"the contact force cannot be computed: {error}") from error
 
 
 def solve_normal_contact(
@@ -396,7 +396,7 @@ def solve_normal_contact(
     steepest = float(np.max(overlap.angle_rad, where=overlap.depth_mm > 0.0, initial=0.0))
     if steepest >= 0.5 * np.pi:
         raise OutOfReachError(
-            f"the wheel lies in the side of the rail, whose angle is {np.degrees(steepest):.0f} degrees"
+            f"the wheel overlaps the side of the rail, at an angle of {np.degrees(steepest):.0f} degrees"
         )
     with errors_as_out_of_reach():
         return normal(overlap, contact_modulus_MPa)
@@ -600,8 +600,8 @@ def solve_half_space(overlap: Overlap, contact_modulus_MPa: float, *, fine: bool
     moment = (row_widths * (nodes**2 + nodes[1] ** 2 / 12.0)) @ pressure
     half_length = 2.0 * np.sqrt(np.divide(moment, force, out=np.zeros_like(force), where=force > 0.0))
     problem = (
-        f"the half-space did not converge in {solution.iterations} iterations: {solution.residual:.1e} of the overlap"
-        " is left open; another theory may go"
+        f"the half-space did not converge in {solution.iterations} iterations (residual {solution.residual:.1e} of the"
+        " overlap); try another theory"
     )
     widths = np.full(lattice.size, lattice[1] - lattice[0])
     return _split_into_patches(lattice, widths, half_length, force, "" if solution.status == "converged" else problem)
@@ -695,8 +695,8 @@ def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
     """
     if name not in NORMAL_THEORIES:
         raise InputError(
-            f"theory is {name!r}; allowed: {', '.join(NORMAL_THEORIES)}; a vehicle needs a force over the approach,"
-            " which other theories do not have"
+            f"theory is {name!r}; allowed: {', '.join(NORMAL_THEORIES)}; only these theories give"
+            " the force as a function of the approach"
         )
     return partial(solve_half_space, fine=True) if fine and name == "half_space" else NORMAL_THEORIES[name]
 

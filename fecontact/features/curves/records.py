@@ -16,10 +16,8 @@ SHARE_ANSWERS: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
     "visited_percent": "verdict",
     "cheapest_theory_percent": "cheapest_theory",
 }
-MAP_NOTE = "the map's wheels have no yaw"
-STABILITY_NOTE = (
-    "the critical speed is that of straight track; whether the motion in a curve is stable is not looked at"
-)
+MAP_NOTE = "the wheels of the map have no yaw"
+STABILITY_NOTE = "the critical speed is for straight track; the stability of the motion in a curve is not computed"
 
 
 def make_curves_record(results: CurveResults) -> Record:

@@ -91,7 +91,9 @@ def curve(
     chosen_vehicle = choose_bogie(load_vehicle(vehicle) if isinstance(vehicle, str) else vehicle, bogie)
     radii, share = _check_radii(radii_m)
     if len(set(theories)) != len(theories) or not theories:
-        raise InputError(f"theories are {', '.join(theories) or 'none'}; give each of them once")
+        raise InputError(
+            f"theories are {', '.join(theories) or 'none'}; give at least one theory, and each theory once"
+        )
     for theory in theories:
         normal_theory(theory)
     case, conditions = case or Case(), conditions or Conditions()
@@ -134,13 +136,13 @@ def _check_radii(radii_m: Sequence[float] | Mapping[float, float]) -> tuple[tupl
     """
     radii = tuple(float(radius) for radius in radii_m)
     if not radii:
-        raise InputError("there are no radii; give one or more, for example 300,500,1000")
+        raise InputError("there are no radii; give at least one radius, for example 300,500,1000")
     if len(set(radii)) != len(radii):
-        raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii)} m; give each of them once")
+        raise InputError(f"radii are {', '.join(f'{radius:g}' for radius in radii)} m; give each radius once")
     shares = tuple(map(float, radii_m.values())) if isinstance(radii_m, Mapping) else (1.0,) * len(radii)
     if not (min(shares) >= 0.0 and 0.0 < sum(shares) < float("inf")):
         raise InputError(
-            f"shares of the way are {', '.join(f'{share:g}' for share in shares)}; allowed: >= 0, and one > 0"
+            f"shares of the distance are {', '.join(f'{share:g}' for share in shares)}; allowed: >= 0, at least one > 0"
         )
     return radii, tuple(share / sum(shares) for share in shares)
 
@@ -165,7 +167,7 @@ def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
     """
     rows = read_map_rows(folder, case, but_for=_UNCOMPARED_INPUTS)
     if not rows:
-        raise InputError(f"map {folder}: it has no cells; give another one")
+        raise InputError(f"map {folder} has no cells; give another map")
     cells = [
         VisitedCell(
             lateral_shift_mm=float(row["lateral_shift_mm"]),

@@ -40,7 +40,7 @@ def describe_difference(difference: TheoryDifference) -> str:
         phrases.append(f"the critical speed by {1e2 * difference.critical_speed:+.0f} %")
     elif difference.without_speed:
         phrases.append(f"critical speeds are not compared ({difference.without_speed})")
-    return f"{difference.theory} against {difference.reference}: {', '.join(phrases) or 'nothing to compare'}"
+    return f"{difference.theory} against {difference.reference}: {', '.join(phrases) or 'no results to compare'}"
 
 
 def describe_straight_track(track: StraightTrack) -> str:
@@ -62,8 +62,8 @@ def describe_straight_track(track: StraightTrack) -> str:
     if track.problem or track.critical_speed_km_h is None:
         return f"straight track, {track.theory}: {track.problem}; {slow}"
     return (
-        f"straight track, {track.theory}: critical speed {track.critical_speed_km_h:.0f} km/h, where it hunts with"
-        f" {track.frequency_Hz:.1f} Hz and {track.wavelength_m:.1f} m; {slow}"
+        f"straight track, {track.theory}: critical speed {track.critical_speed_km_h:.0f} km/h, hunting at"
+        f" {track.frequency_Hz:.1f} Hz with wavelength {track.wavelength_m:.1f} m; {slow}"
     )
 
 
@@ -86,14 +86,14 @@ def describe_paths(results: CurveResults) -> list[str]:
         if not runs_beyond:
             continue
         first_end, *later_ends = max((run.path_ends_m for run in runs_beyond), key=len)
-        end = f"at R {first_end:.0f} m" if math.isfinite(first_end) else "where it begins"
-        further = f", another one at R {_format_radii(later_ends)} m" if later_ends else ""
+        end = f"at R {first_end:.0f} m" if math.isfinite(first_end) else "at its start"
+        further = f", the next at R {_format_radii(later_ends)} m" if later_ends else ""
         radii_without, radii_with = (
             [run.radius_m for run in runs_beyond if run.is_balanced is is_balanced] for is_balanced in (False, True)
         )
-        outcomes = [f"no equilibrium was found at R {_format_radii(radii_without)} m"] if radii_without else []
+        outcomes = [f"no equilibrium found at R {_format_radii(radii_without)} m"] if radii_without else []
         outcomes += [f"another equilibrium at R {_format_radii(radii_with)} m"] if radii_with else []
-        sentences.append(f"{theory}: the path from straight track ends {end}{further}; beyond it {', '.join(outcomes)}")
+        sentences.append(f"{theory}: the path from straight track ends {end}{further}; beyond: {', '.join(outcomes)}")
     return sentences
 
 

@@ -145,11 +145,11 @@ def linearise_vehicle(vehicle: Vehicle, track: TrackConditions) -> LinearModel:
     Source: Otero Yugat, Part I, eq. 15. Range of validity: small motions about the centred position; the body is fixed.
     """
     if track.curvature_per_mm != 0.0:
-        raise InputError("stability is computed on straight track alone; allowed: curvature 0")
+        raise InputError("stability is computed on straight track only; allowed: curvature 0")
     equilibrium = solve_equilibrium(make_straight_start(vehicle, track), vehicle, track)
     if equilibrium.status != "equilibrium":
-        reason = "; ".join(equilibrium.notes) or f"{equilibrium.left_over_N:.0f} N left; check profiles"
-        raise InputError(f"there is no equilibrium on straight track: {reason}")
+        reason = "; ".join(equilibrium.notes) or f"residual {equilibrium.left_over_N:.0f} N; check the profiles"
+        raise InputError(f"no equilibrium on straight track: {reason}")
     size = equilibrium.state.size
     stiffness = _estimate_central_jacobian(
         lambda state: compute_vehicle_residual(state, vehicle, track), equilibrium.state, 1e-3

@@ -348,8 +348,8 @@ class _PathFollower:
         best = min(
             attempts, key=lambda equilibrium: math.inf if equilibrium.balance is None else equilibrium.left_over_N
         )
-        note = f"no equilibrium was found from {len(attempts)} starts"
-        note += "" if best.balance is None else f": {best.left_over_N:.0f} N left"
+        note = f"no equilibrium found from {len(attempts)} starting positions"
+        note += "" if best.balance is None else f": smallest residual {best.left_over_N:.0f} N"
         return replace(best, notes=(note, *best.notes))
 
     def _start_states(self, track: TrackConditions) -> Iterator[Floats]:

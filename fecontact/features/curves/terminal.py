@@ -60,10 +60,10 @@ def format_curves(results: CurveResults) -> OutputLines:
             verdict_shares, theory_shares = (
                 results.shares(theory, answer_kind) for answer_kind in SHARE_ANSWERS.values()
             )
-            yield f"{theory}: of the way of all wheels {describe_shares(verdict_shares, ZONE_ORDER)}"
-            yield f"{theory}: the cheapest theory that holds there: {describe_shares(theory_shares)}"
+            yield f"{theory}: verdicts over the distance of all wheels: {describe_shares(verdict_shares, ZONE_ORDER)}"
+            yield f"{theory}: cheapest theory that holds, over the same distance: {describe_shares(theory_shares)}"
         yaw = max((abs(visit.yaw_mrad) for visit in results.visits), default=0.0)
-        yield from note_lines([f"{MAP_NOTE}; here up to {yaw:.1f} mrad"])
+        yield from note_lines([f"{MAP_NOTE}; in these curves their yaw is up to {yaw:.1f} mrad"])
 
 
 def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:

@@ -28,19 +28,19 @@ class IrregularOptions:
     wavelengths_mm
         Wavelengths of a map in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as 10:200:10.
     amplitudes_um
-        Amplitudes in micrometres, half of peak to valley, likewise.
+        Amplitudes of a map in micrometres (half of peak to valley), in the same form.
     irregularity
-        One irregularity instead: sine:wavelength_mm=30,amplitude_um=25 (a cosine: highest at distance 0),
-        chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um; missing material
+        Irregularity, instead of a map: sine:wavelength_mm=30,amplitude_um=25 (a cosine: highest at distance 0),
+        chord:length_mm=40, haversine:length_mm=52,depth_mm=0.4, or table:FILE,distance=mm,opening=um. Missing material
         is positive.
     table
-        A measured irregularity: FILE,distance=mm,opening=um, or FILE alone if its heading has the units.
+        Measured irregularity: FILE,distance=mm,opening=um, or only FILE if its heading has the units.
     positions_mm
-        Positions along the irregularity in mm, likewise; the whole irregularity if not given.
+        Positions along the irregularity in mm, in the same form; positions over its length if not given.
     limit_percent
-        Error of force and peak up to which a model holds.
+        Largest error of force and peak pressure with which a model holds, in percent.
     workers
-        Number of processes; a process for each core if not given.
+        Number of processes; one per core if not given.
     """
 
     wavelengths_mm: str = ""
@@ -65,9 +65,10 @@ def irregular(
     json: bool = False,
     out: Path | None = None,
 ) -> int:
-    """Hertz's spring over corrugation, flats and welds (eq. 6) and models like it beside the half-space (no mesh).
+    """Hertz's spring (eq. 6) and similar models over corrugation, flats and welds, against the half-space (no mesh).
 
-    Over wavelengths and amplitudes it is a map of which model holds; over one irregularity the force of each model.
+    With wavelengths and amplitudes the result is a map of the models that hold. With a single irregularity it is the
+    force of each model along it.
 
     Parameters
     ----------

@@ -147,18 +147,18 @@ def make_irregular_place(
     spacing = hertz.a_mm / NODES_PER_HALF_LENGTH
     if irregularity.finest_mm < _MIN_NODES_PER_WAVE * spacing:
         raise InputError(
-            f"irregularity {irregularity.kind}: its shortest wave is {irregularity.finest_mm:g} mm, and the patch of"
-            f" {2.0 * hertz.a_mm:.1f} mm has nodes {spacing:.2g} mm apart; allowed:"
-            f" {_MIN_NODES_PER_WAVE * spacing:.2g} mm and more;"
-            " shorter ones are roughness, which the patch flattens: leave them out"
+            f"irregularity {irregularity.kind}: the shortest wave is {irregularity.finest_mm:g} mm; allowed: at least"
+            f" {_MIN_NODES_PER_WAVE * spacing:.2g} mm on a patch of {2.0 * hertz.a_mm:.1f} mm with nodes"
+            f" {spacing:.2g} mm apart; omit shorter waves: they are roughness, which the patch flattens"
         )
     reach = math.sqrt((_REACH_FACTOR * hertz.approach_mm + irregularity.height_mm) / pair.A_per_mm)
     if irregularity.kind == "table":
         first, last = irregularity.points_mm[0][0], irregularity.points_mm[-1][0]
         if not first + hertz.a_mm <= s_mm <= last - hertz.a_mm:
             raise InputError(
-                f"irregularity table: the contact at {s_mm:g} mm reaches past its ends, {first:g} and {last:g} mm;"
-                f" allowed: {first + hertz.a_mm:.6g} to {last - hertz.a_mm:.6g} mm"
+                f"irregularity table: the contact at {s_mm:g} mm reaches beyond its ends, {first:g} and {last:g} mm;"
+                f" allowed: {first + hertz.a_mm:.6g} to {last - hertz.a_mm:.6g} mm; give other positions or a longer"
+                " table"
             )
     return IrregularPlace(
         pair=pair,
@@ -492,10 +492,10 @@ def make_smooth_pair(case: Case) -> SmoothPair:
     """
     if case.yaw_rad != 0.0:
         raise InputError(
-            f"yaw is {1e3 * case.yaw_rad:g} mrad; allowed: 0, for the models lie along the track; leave the yaw out"
+            f"yaw is {1e3 * case.yaw_rad:g} mrad; allowed: 0, because the models are along the track; omit the yaw"
         )
     if case.irregularities:
-        raise InputError("rail or wheel of the case is irregular; leave that out, and give it as the irregularity")
+        raise InputError("the case has an irregular rail or wheel; omit it there, and give it as the irregularity")
     placement = place_case(case)
     touch, force = placement.first, compute_normal_force(case, placement)
     curvature = touch.curvature
@@ -517,7 +517,9 @@ def make_smooth_pair(case: Case) -> SmoothPair:
         approach_error=reference.approach_mm / hertz.approach_mm - 1.0,
         peak_error=reference.p_max_MPa / hertz.p0_MPa - 1.0,
         on_profiles=_judge_hertz_on_profiles(case, hertz),
-        notes=("the touch point lies at a curvature junction: field side",) if touch.at_junction else (),
+        notes=("the contact point is at a curvature junction; the models use the curvature of its field side",)
+        if touch.at_junction
+        else (),
     )
 
 

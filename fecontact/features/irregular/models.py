@@ -368,7 +368,7 @@ def _fit_contact(
     for _ in range(_MAX_ITERATIONS):
         gap, offset, A_per_mm = _fit_parabola(place, middle, half_length)
         if A_per_mm <= 0.0:
-            return "the parabola over the patch is hollow: the patch bridges it"
+            return "the fitted parabola is concave: the patch bridges a hollow"
         hertz = contact(A_per_mm, gap)
         middle_change, length_change = (
             0.5 * float(np.clip(offset, -half_length, half_length)),
@@ -379,7 +379,7 @@ def _fit_contact(
             break
         if max(abs(middle_change), abs(length_change)) < _CONVERGENCE * place.hertz.a_mm:
             return gap, hertz
-    return "the iteration for the parabola over the patch does not converge"
+    return "the iteration of the fitted parabola does not converge"
 
 
 def _fit_parabola(place: IrregularPlace, middle_mm: float, half_mm: float) -> tuple[float, float, float]:
@@ -416,7 +416,7 @@ def _compute_spring_force_N(place: IrregularPlace, d_mm: float) -> float:
 def _describe_edge_contact(place: IrregularPlace) -> str:
     """Reason why there is no curvature at the touch point; empty if there is a curvature."""
     if is_on_edge(place.touches, place.kinks_mm, place.reach_mm):
-        return "the rigid wheel touches an edge, where there is no curvature"
+        return "the rigid wheel touches an edge, where the curvature is undefined"
     return ""
 
 

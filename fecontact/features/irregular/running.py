@@ -151,7 +151,7 @@ def _choose_positions(smooth: SmoothPair, irregularity: Irregularity, positions_
         places = [round(float(position), 3) for position in np.linspace(low, high, count)]
     if len(places) > _MAX_PLACES:
         raise InputError(
-            f"irregular: {len(places)} positions; allowed: up to {_MAX_PLACES}; give a part of the line, or steps"
+            f"irregular: {len(places)} positions; allowed: at most {_MAX_PLACES}; give a shorter range or larger steps"
         )
     return places
 
@@ -175,4 +175,4 @@ def _judge_place(pair: SmoothBodies, force_N: float, irregularity: Irregularity,
 def _run_all(work: Callable[[Any], Any], tasks: Sequence[Any], *, workers: int, progress: Progress | None) -> list[Any]:
     """Results of `work` for all tasks, in their order, from `workers` processes."""
     with open_evaluators(len(tasks), here=1 in (workers, len(tasks)), workers=workers) as map_over:
-        return list(report_progress(map_over(work, tasks), len(tasks), progress, "models beside the half-space"))
+        return list(report_progress(map_over(work, tasks), len(tasks), progress, "models against the half-space"))

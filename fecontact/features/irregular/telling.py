@@ -67,10 +67,10 @@ def make_irregular_map_record(smooth: SmoothPair, cells: Sequence[Cell], *, limi
     largest_amplitude = max(cell.amplitude_mm for cell in cells)
     if largest_amplitude > smooth.hertz.approach_mm:
         record["notes"].append(
-            f"amplitudes go up to {1e3 * largest_amplitude:.0f} um, and the approach is"
-            f" {1e3 * smooth.hertz.approach_mm:.0f} um: a wheel that keeps its height"
-            " leaves the rail over the hollows. All here is under the constant load; what"
-            " the load is there is a matter of dynamics: take it from the vehicle code, or give smaller amplitudes"
+            f"amplitudes of up to {1e3 * largest_amplitude:.0f} um exceed the approach of"
+            f" {1e3 * smooth.hertz.approach_mm:.0f} um: a wheel at constant height leaves the rail over the hollows."
+            " All results are for the constant load. The real load depends on the dynamics: take it from the vehicle"
+            " code, or give smaller amplitudes"
         )
     return record
 
@@ -105,14 +105,13 @@ def make_irregularity_record(
     lost_positions = [s for s, place in solved_places.items() if place.models["eq6"].force_N == 0.0]
     if lost_positions:
         record["notes"].append(
-            f"eq6 sees wheel and rail apart at {len(lost_positions)} of {len(solved_places)} places, at"
-            f" {lost_positions[0]:g} mm first, where the half-space"
-            " carries the whole load: give it the path of the wheel's centre, or take fitted or local"
+            f"eq6 has no contact at {len(lost_positions)} of {len(solved_places)} places, the first at"
+            f" {lost_positions[0]:g} mm, where the half-space carries the whole load: use path, fitted or local"
         )
     if any(place.truth.p_max_MPa is None for place in solved_places.values()):
         record["notes"].append(
-            "an edge lies in the patch: the elastic pressure there has no bound, and none is given; round the edge by"
-            " giving it as a haversine or a table with its radius, or ask what yields"
+            "an edge is in the patch: the elastic pressure is unbounded there, so no peak is given; round the edge with"
+            " a haversine or a table that has its radius, or solve the contact with yielding"
         )
     return record
 
@@ -277,7 +276,7 @@ def _draw_map(record: Record, path: str | Path) -> Path:
             points = [(x, 1e3 * y) for x, y in limits if y is not None]
             if len(points) > 1:
                 ax.plot(*zip(*points, strict=True), style, color=colour[name])
-    for style, label in (("-", "a model holds below its line"), (":", "its force holds below")):
+    for style, label in (("-", "a model holds below its curve"), (":", "its force holds below this curve")):
         ax.plot([], [], style, color="0.4", label=label)
     closed_form = [
         (limit_record["wavelength_mm"], 1e3 * limit_record["closed_form_mm"]["eq6_mm"])
@@ -295,8 +294,8 @@ def _draw_map(record: Record, path: str | Path) -> Path:
     add_grid(ax)
     add_legend_beside(ax, title="mark: the cheapest model that holds")
     ax.set_title(
-        f"{_describe_pair(record)}\nwhich model of the irregular contact is within {100 * record['limit']:g} % of force"
-        f" and peak (solved at the marks: lines end with them)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
+        f"{_describe_pair(record)}\nmodels of the irregular contact within {100 * record['limit']:g} % in force"
+        f" and peak (solved at the marks, where curves end)\npatch {2 * pair['a_mm']:.1f} mm long, approach"
         f" {1e3 * pair['approach_mm']:.0f} µm",
         fontsize=10,
     )
@@ -339,7 +338,7 @@ def _draw_forces(record: Record, path: str | Path) -> Path:
         )
     _mark_worst_places(top, record)
     top.plot([], [], "o", mfc="none", color="0.4", markersize=9, label="largest error of a model")
-    top.set(ylabel="force at the half-space's approach, kN")
+    top.set(ylabel="force at the approach of the half-space, kN")
     top.set_title(f"{_describe_pair(record)}\nforces of the models at the approach of the half-space", fontsize=10)
     bottom.plot(positions, [1e3 * place["opening_mm"] for place in places], color="0.3")
     bottom.set(xlabel="s along the track, mm", ylabel="irregularity e, µm")
@@ -372,7 +371,7 @@ _WORST_COLUMNS = (
     number_column("at\nmm", "force_error_at_mm"),
     number_column("peak\n%", "peak_error", "{:+.1f}", 1e2),
     number_column("at \nmm", "peak_error_at_mm"),
-    number_column("says\nnothing", "silent", "{:.0f}"),
+    number_column("no result\nplaces", "silent", "{:.0f}"),
     number_column("holds\n% of places", "share_within_limit", "{:.0f}", 1e2),
 )
 
@@ -392,8 +391,8 @@ def format_irregular(record: TableRecord) -> OutputLines:
     """
     pair = record["pair"]
     yield (
-        f"Hertz without it: a {pair['a_mm']:.3f}, b {pair['b_mm']:.3f} mm, {pair['p_max_MPa']:.1f} MPa, approach"
-        f" {1e3 * pair['approach_mm']:.2f} um under {1e-3 * pair['normal_force_N']:.2f} kN;"
+        f"Hertz without the irregularity: a {pair['a_mm']:.3f}, b {pair['b_mm']:.3f} mm, {pair['p_max_MPa']:.1f} MPa,"
+        f" approach {1e3 * pair['approach_mm']:.2f} um under {1e-3 * pair['normal_force_N']:.2f} kN;"
         f" A {pair['A_per_mm']:.4g}, B {pair['B_per_mm']:.4g} 1/mm"
     )
     yield _describe_smooth_pair(record)
@@ -406,7 +405,7 @@ def format_irregular(record: TableRecord) -> OutputLines:
             "Worst places", _WORST_COLUMNS, ({**worst, "name": name} for name, worst in record["worst"].items())
         )
     approach, peak = (f"{100 * error:+.2f} %" for error in record["half_space"].values())
-    yield f"the half-space on its nodes is {approach} (approach) and {peak} (peak) from Hertz without the irregularity"
+    yield f"discretisation error of the half-space (against Hertz): approach {approach}, peak {peak}"
     yield from note_lines(record["notes"])
     if problems := [result["problem"] for result in record[kind] if result["problem"]]:
         yield from note_lines(
@@ -421,14 +420,12 @@ def _describe_smooth_pair(record: TableRecord) -> str:
     """
     smooth_errors = record["without_irregularity"]
     if smooth_errors["problem"]:
-        return (
-            f"whether Hertz's force and peak hold on these profiles without it is not known: {smooth_errors['problem']}"
-        )
+        return f"Hertz could not be checked on the full profiles without the irregularity: {smooth_errors['problem']}"
     force, peak = (f"{100 * smooth_errors[f'{name}_error']:+z.1f} %" for name in ("force", "peak"))
     return (
-        f"Hertz's force and peak {'hold' if smooth_errors['holds'] else 'FAIL'} on these profiles without it: {force}"
-        f" and {peak} off the half-space, limit {100 * record['limit']:g} %"
-        + "; each model has this error beside its own"
+        f"Hertz's force and peak {'hold' if smooth_errors['holds'] else 'FAIL'} on the full profiles without the"
+        f" irregularity: {force} and {peak} from the half-space, limit {100 * record['limit']:g} %"
+        + "; the errors of each model come on top of this error"
         * (not smooth_errors["holds"])
     )
 
@@ -437,7 +434,7 @@ def _make_limits_table(record: TableRecord) -> Table:
     """Make a table with the largest amplitudes of each model, a line for each wavelength."""
     columns = [
         number_column("wavelength\nmm", "wavelength_mm"),
-        number_column("lengths of\nthe patch", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),
+        number_column("in patch\nlengths", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),
         *(text_column(f"{name}\num", partial(_format_amplitude, name), "number") for name in record["models"]),
         text_column("eq6, closed\nform um", lambda row: f"{1e3 * row['closed_form_mm']['eq6_mm']:.3g}", "number"),
     ]
@@ -445,7 +442,7 @@ def _make_limits_table(record: TableRecord) -> Table:
         {**row, "cells": [cell for cell in record["cells"] if cell["wavelength_mm"] == row["wavelength_mm"]]}
         for row in record["limits"]
     ]
-    title = f"Amplitude up to which a model is within {100 * record['limit']:g} % of force and peak"
+    title = f"Largest amplitude with errors of force and peak within {100 * record['limit']:g} %"
     return make_table(title, columns, rows)
 
 
@@ -470,7 +467,7 @@ def _make_places_table(record: TableRecord) -> Table:
         number_column("p_max\nMPa", "p_max_MPa", "{:.0f}"),
         *(number_column(f"{name}\nkN", partial(_model_force_N, name), "{:.2f}", 1e-3) for name in record["models"]),
     ]
-    title = "Half-space under the load, and forces of the models at its approach"
+    title = "Half-space under the load, and force of each model at the same approach"
     return make_table(title, columns, record["places"], lambda place: "open" if place["problem"] else "plain")
 
 
