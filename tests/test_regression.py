@@ -662,7 +662,7 @@ def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, caps
     spoil(tmp_path / "bad" / f"{stem}{spoilt}", "1234.5", new or "null" if spoilt == ".json" else new)
     for pair in ((good, bad), (bad, good)):
         err = refuse_comparison(capsys, *pair)
-        assert f"{stem}{spoilt} was changed after it was written" in err
+        assert f"{stem}{spoilt} was changed, or an earlier version wrote it" in err
         assert "run the study again, or move" in err
 
 
@@ -784,8 +784,11 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     assert call(["compare", same, same, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
     for older, newer in (
-        (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
-        (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (
+            ["--html", "a.html"],
+            "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png",
+        ),
+        (["--png", "a.png"], "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"),
         (["--json", "a.json"], "--json is a flag, and JSON goes to standard output; write: --json > a.json"),
         (["--json=a.json"], "--json: it is a flag, and a.json behind it is too much; leave it out"),
     ):
