@@ -166,7 +166,7 @@ def explain_former_name(name: str) -> str:
 
 
 _PROFILE_INPUTS = {
-    "smoothing_mm": "use filter_mm, the wavelength that smoothing halves; 0 uses the points as exact",
+    "smoothing_mm": "use filter_mm, the wavelength that smoothing halves, or 0 to use the points as exact",
     "flip_z": "a minus sign reverses the sign of a column: columns = '1,-2'",
     "decimal": "decimal commas are recognised; if they are not, write decimal points",
     "offsets": "the offsets of a MiniProf header are added, its alignment is not; notes list both",
