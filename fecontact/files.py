@@ -138,7 +138,7 @@ def explain_broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
     content = format_json({name: value for name, value in document.items() if name != SEAL_KEY})
     if isinstance(seal, Mapping) and seal.get(_SEALED_CONTENT) == _digest(content):
         return None
-    return f"{path} was changed, or an earlier version wrote it (its checksum differs)"
+    return f"{path} was changed after it was written, or an earlier version wrote it (its checksum differs)"
 
 
 def _digest(text: str) -> str:

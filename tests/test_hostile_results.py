@@ -175,7 +175,7 @@ def test_a_changed_table_is_named_by_whoever_reads_it(fake_study, tmp_path, dama
         case "table":
             (out / "study.csv").unlink()
     if damage != "table":
-        with pytest.raises(InputError, match=r"study\.json was changed, or an earlier version wrote it"):
+        with pytest.raises(InputError, match=r"study\.json was changed after it was written"):
             fecontact.load(out)
         assert call(["judge", str(out)]) == 2
     assert call(["compare", str(fake_study), str(out)]) == 2

@@ -662,7 +662,7 @@ def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, caps
     spoil(tmp_path / "bad" / f"{stem}{spoilt}", "1234.5", new or "null" if spoilt == ".json" else new)
     for pair in ((good, bad), (bad, good)):
         err = refuse_comparison(capsys, *pair)
-        assert f"{stem}{spoilt} was changed, or an earlier version wrote it" in err
+        assert f"{stem}{spoilt} was changed after it was written" in err
         assert "run the study again, or move" in err
 
 
