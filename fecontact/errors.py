@@ -13,10 +13,7 @@ from typing import ClassVar
 
 SMALLEST_QUANTITY, LARGEST_QUANTITY = 1e-30, 1e20
 """Range of every positive quantity, in which powers of it neither overflow nor underflow."""
-EXTREME_QUANTITY_TEXT = (
-    "no body, load or material has that, and it could not be computed with; allowed:"
-    f" {SMALLEST_QUANTITY:g} to {LARGEST_QUANTITY:g}"
-)
+EXTREME_QUANTITY_TEXT = f"allowed: {SMALLEST_QUANTITY:g} to {LARGEST_QUANTITY:g}"
 
 
 # Words of 300 letters or more are longer than a path usually is. Messages show their first 80 letters.
@@ -165,20 +162,21 @@ class UnusableStatus:
 
 UNUSABLE_STATUSES = {
     "elements too soft or too stiff": UnusableStatus(
-        "elements off",
-        "finer ones tell whether they are only too coarse: --resolution standard, or --refine verdict",
+        "FE stiffness",
+        "finer elements show whether the mesh is only too coarse: use --resolution standard or --refine verdict",
     ),
     "references disagree": UnusableStatus(
         "references",
-        "Hertz, half-space and gap contradict each other where they are one: its numbers are wrong, report the case",
+        "Hertz, half-space and gap function differ where they must agree, so the numbers are wrong: report the case",
     ),
     "verdicts contradict": UnusableStatus(
-        "contradict", "finer elements tell which verdict is right: --resolution standard, or --refine evidence"
+        "contradict", "finer elements show which verdict is right: use --resolution standard or --refine evidence"
     ),
     "patch at the edge of the fine mesh": UnusableStatus(
-        "at edge", "a note says what keeps the mesh from growing; another lateral shift or a smaller load may work"
+        "at mesh edge",
+        "a note gives the reason why the mesh cannot grow: try a different lateral shift or a smaller load",
     ),
-    "not converged": UnusableStatus("not conv.", "a lateral shift 0.2 mm beside it, or another load, may work"),
+    "not converged": UnusableStatus("not conv.", "try a lateral shift that differs by 0.2 mm, or a different load"),
 }
 """Texts for each status except `CONVERGED`."""
 

@@ -114,7 +114,10 @@ def load_single_offer(kind: str, asked: str) -> Any:
     """
     for feature, (place,) in iterate_offers(kind):
         return import_place(f"{feature}.{place}")
-    raise InputError(f"{asked} needs a feature that is not installed; installed: {', '.join(FEATURES)}; leave it out")
+    raise InputError(
+        f"{asked} needs a feature that is not installed; installed: {', '.join(FEATURES)}; leave this input out, or"
+        " install the feature"
+    )
 
 
 def load_commands(group: str) -> list[Any]:

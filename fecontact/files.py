@@ -138,7 +138,7 @@ def explain_broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
     content = format_json({name: value for name, value in document.items() if name != SEAL_KEY})
     if isinstance(seal, Mapping) and seal.get(_SEALED_CONTENT) == _digest(content):
         return None
-    return f"{path} was changed after it was written, or by an earlier version (its checksum differs)"
+    return f"{path} was changed after it was written, or an earlier version wrote it (its checksum differs)"
 
 
 def _digest(text: str) -> str:
@@ -205,14 +205,14 @@ def read_json(path: str | Path) -> Any:
             # Reading with a limit of this many bytes would reserve that memory, even for a small file.
             if os.fstat(file.fileno()).st_size > _LARGEST_JSON_BYTES:
                 raise InputError(
-                    f"{path}: it has more than {_LARGEST_JSON_BYTES / 1e6:g} MB; allowed is less; solve it again"
+                    f"{path} is too large; allowed: at most {_LARGEST_JSON_BYTES / 1e6:g} MB; solve it again"
                 )
             content = file.read()
         return json.loads(content.decode("utf-8"))
     except OSError as error:
         raise InputError(f"{path}: {error.strerror or error}; solve it again") from error
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path}: no JSON ({error}); solve it again") from error
+        raise InputError(f"{path} is not valid JSON ({error}); solve it again") from error
 
 
 def format_json(value: object) -> str:
@@ -259,13 +259,15 @@ def read_toml_text(text: str, source: str) -> dict[str, Any]:
     """
     if len(text) > _MOST_TOML_CHARACTERS:
         raise InputError(
-            f"{source}: {len(text)} characters; allowed: {_MOST_TOML_CHARACTERS}; give the numbers in several files"
+            f"{source} has {len(text)} characters; allowed: at most {_MOST_TOML_CHARACTERS}; divide it into several"
+            " files"
         )
     for number, line in enumerate(text.splitlines(), start=1):
         dots = max(piece.count(".") for piece in _TOML_SEPARATORS.split(line))
         if len(line) > _LONGEST_TOML_LINE or (dots > _MOST_TOML_DOTS and not line.lstrip().startswith("#")):
             raise InputError(
-                f"{source}: line {number} has {len(line)} characters, and up to {dots} dots in a key or value; allowed:"
+                f"{source}: line {number} has {len(line)} characters, and up to {dots} dots in a key or value;"
+                " allowed: at most"
                 f" {_LONGEST_TOML_LINE} and {_MOST_TOML_DOTS}; break the line"
             )
     try:

@@ -32,9 +32,8 @@ def suggest_remedy() -> str:
     if has_wheels():
         return f"make setup, or pip install {' '.join(REQUIRED_PACKAGES)}"
     return (
-        f"{' and '.join(REQUIRED_PACKAGES)} have no wheels for Linux on {platform.machine()}: solve on an x86-64"
-        " machine;"
-        " everything without finite elements works here, such as hertz, theory, place, table and judge"
+        f"{' and '.join(REQUIRED_PACKAGES)} have no Python wheels for Linux on {platform.machine()}: solve on an x86-64"
+        " machine; commands without finite elements, such as hertz, theory, place, table and judge, work here"
     )
 
 

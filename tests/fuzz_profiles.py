@@ -185,7 +185,7 @@ def check(path: Path, expected: dict[float, float], notes: set[str], count: Coun
         _read(path, Reading(repair=True), count)
     else:
         count.taken += 1
-        silent = {note for note in profile.notes if "scatter about" not in note} <= notes
+        silent = {note for note in profile.notes if "with a noise of about" not in note} <= notes
         if hertz and silent:
             try:
                 for shift, p0 in expected.items():
@@ -228,7 +228,7 @@ def fuzz(ending: str, count: int, seed: int, keep: Path | None = None, *, hertz_
         path.write_text(text, "utf-8")
         expected = {shift: _hertz(_case(path, shift))[0] for shift in SHIFTS_MM}
         profile = resolve_rail(str(path)) if kind_of(ending) == "rail" else resolve_wheel(str(path)).profile
-        notes = {note for note in profile.notes if "scatter about" not in note}
+        notes = {note for note in profile.notes if "with a noise of about" not in note}
         for number in range(count):
             changed = mutated(text, rng)
             if changed == text:

@@ -58,7 +58,7 @@ def test_a_rail_that_wraps_under_its_head_is_cut_at_its_widest_points(name, turn
     assert line.height(y[middle]) == pytest.approx(line.points[5:-5, 1][middle], abs=1e-5)
     # nothing is wider than the ends, but for the side's own scatter; what is left touches any wheel that the rest did
     assert points[0, 0] == points[:, 0].min() == pytest.approx((raw(name) * turn)[:, 0].min(), abs=0.01)
-    assert sum("the line turns in beyond its widest point" in note for note in line.notes) == 2
+    assert sum("the profile turns in beyond its widest point" in note for note in line.notes) == 2
     # the gauge corner is worn, on the side of the small y: 8 mm from the widest points it is lower by some mm
     gauge, field = line.height([points[0, 0] + 8.0, points[-1, 0] - 8.0])
     assert field - gauge > 3.0
@@ -83,7 +83,7 @@ def test_a_new_rail_with_its_cant_the_other_way_is_noticed(nominal):
     assert not any("mirror" in note for note in read_turned(0.025).notes)
     with pytest.raises(InputError, match=r"give --rail-mirror yes .* or give --rail-mirror no"):
         read_turned(-0.025)
-    assert any("it may be worn or canted and mirrored" in note for note in read_turned(-0.025, mirror=False).notes)
+    assert any("so the profile may be mirrored" in note for note in read_turned(-0.025, mirror=False).notes)
 
 
 def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_named(tmp_path):
@@ -100,18 +100,18 @@ def test_a_wheel_from_the_back_of_its_flange_is_read_with_the_option_that_is_nam
     assert line.y_range_mm == pytest.approx((-70.1, 61.4), abs=0.1)
     assert any("turns in beyond its widest point (61.38, 17" in note for note in line.notes)
     # the tape circle of any other file
-    with pytest.raises(InputError, match=r"flange lies at y = 20\.6 mm.* give --wheel-tape-circle-mm 70 "):
+    with pytest.raises(InputError, match=r"flange is at y = 20\.6 mm.* give --wheel-tape-circle-mm 70 "):
         wheel("worn_high_mileage.prw", filter_mm=0.0)
     settled = wheel("worn_high_mileage.prw", filter_mm=0.0, tape_circle_mm=70.0)
     assert settled.y_range_mm == pytest.approx((-66.07, 73.44), abs=0.01)
-    with pytest.raises(InputError, match="a rail has none; leave out --rail-tape-circle-mm"):
+    with pytest.raises(InputError, match="a rail has no tape circle; leave out --rail-tape-circle-mm"):
         rail("site_b_hr.prr", tape_circle_mm=70.0)
 
 
 def test_two_rails_in_one_file_are_refused_as_that(capsys):
     for reading in ({}, {"repair": True}):
         with pytest.raises(
-            InputError, match=r"two heads beside one another.* two rails, or a rail with its guard; cut"
+            InputError, match=r"has two heads with a groove of .* two rails, or a rail with its guard rail; cut"
         ):
             rail("guard_rail_test.ban", **reading)
 
@@ -129,9 +129,9 @@ def test_the_unit_is_asked_for_before_the_tape_circle(tmp_path):
     """
     points = sample_points(load_library_profile("S1002"), 0.5)
     path = written(tmp_path / "in.whl", (points * (1, -1) + (70.0, 0.0)) / 25.4)
-    with pytest.raises(InputError, match="the file looks like in: give --wheel-units in"):
+    with pytest.raises(InputError, match="the unit of the file may be in: give --wheel-units in"):
         resolve_wheel(path)
-    with pytest.raises(InputError, match=r"flange lies at X = 15.0 mm.* give --wheel-tape-circle-mm 70"):
+    with pytest.raises(InputError, match=r"flange is at X = 15.0 mm.* give --wheel-tape-circle-mm 70"):
         resolve_wheel(path, Reading(units="in"))
     line = resolve_wheel(path, Reading(units="in", tape_circle_mm=70.0)).profile
     assert line.height(10.0) == pytest.approx(load_library_profile("S1002").height(10.0), abs=1e-6)
@@ -157,7 +157,7 @@ def test_columns_the_other_way_round_are_told_as_that(tmp_path, kind, name):
     path = written(tmp_path / "zy.txt", sample_points(load_library_profile(name), 0.5)[:, ::-1])
     resolve = resolve_rail if kind == "rail" else lambda *a: resolve_wheel(*a).profile
     for reading in (Reading(), Reading(repair=True)):
-        with pytest.raises(InputError, match=f"the other way round: give --{kind}-columns 2,1 "):
+        with pytest.raises(InputError, match=f"y and z are exchanged: give --{kind}-columns 2,1 "):
             resolve(path, reading)
     assert resolve(path, Reading(columns="2,1")).height(5.0) == pytest.approx(
         load_library_profile(name).height(5.0), abs=1e-6
@@ -282,7 +282,7 @@ def test_words_behind_the_numbers_and_three_columns_of_an_old_file(tmp_path):
         resolve_wheel(str(path))
     line = resolve_wheel(str(path), Reading(tape_circle_mm=70.0, filter_mm=0.0)).profile
     assert line.height(points[20:-20, 0]) == pytest.approx(points[20:-20, 1], abs=2e-6)
-    assert "what is written behind the numbers of line 8 left out" in line.notes
+    assert "text after the numbers left out in line 8" in line.notes
     plain = tmp_path / "old.txt"
     plain.write_text("\n".join(rows), "utf-8")
     with pytest.raises(InputError, match="give --wheel-columns 1,2"):
@@ -341,7 +341,7 @@ def test_a_measured_line_has_a_stated_filter_and_the_scatter_that_is_there(name)
     assert 0.7 * usual < measured.noise_mm < 8.0 * usual
     # independent errors of points would be far less on files that were filtered
     assert measured.noise_mm > (1.0 if name == "avg_low2.ban" else 5.0) * estimate_noise_mm(measured.points)
-    assert any(f"{measured.filter_mm:.3g} mm" in note and "scatter by" in note for note in line.notes)
+    assert any(f"{measured.filter_mm:.3g} mm" in note and "with a noise of" in note for note in line.notes)
 
 
 def test_noise_asks_for_a_longer_filter():
@@ -456,7 +456,7 @@ def test_library_lines_without_noise_are_exact():
     ("smoothing_mm", "filter_mm"), ("flip_z", "columns = '1,-2'"), ("decimal", "recognised"), ("offsets", "are added"),
 ])  # fmt: skip
 def test_an_old_input_is_refused_with_the_new_way_to_write_it(old, new, capsys):
-    with pytest.raises(InputError, match=f"{old}: there is no such input any more; .*{new}"):
+    with pytest.raises(InputError, match=f"{old} is no longer an input; .*{new}"):
         Reading(**{old: "1"})
     assert call(["profiles", "60E1", f"--rail-{old.replace('_', '-')}", "1"]) == 2
     assert new in capsys.readouterr().err

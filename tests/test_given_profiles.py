@@ -76,7 +76,7 @@ def test_noisy_points_are_smoothed_as_those_of_a_file():
 def test_a_wheel_and_the_other_side_may_be_given():
     wheel = fecontact.profile(*sample_points(library_profile("S1002"), 0.4).T, name="worn")
     assert resolve_wheel(wheel).profile.kind == "wheel"
-    with pytest.raises(InputError, match="a rail is wanted"):
+    with pytest.raises(InputError, match="a rail is needed"):
         resolve_rail(wheel)
     case = Case(roll="touching").with_profiles({"opposite_wheel": wheel})
     assert digest_input_files(case)["opposite_wheel"]["name"] == "worn.csv"
@@ -128,7 +128,7 @@ def test_a_stored_result_is_judged_without_the_arrays(tmp_path, monkeypatch):
     [
         (
             {"wheel": "S1002", "wheel_file": Reading(tape_circle_mm=70.0)},
-            "tape_circle_mm of the wheel file is 70.0, but 'S1002' is an exact profile, which has no use for it; leave"
+            "tape_circle_mm of the wheel file is 70.0, but 'S1002' is an exact profile, which does not use it; leave"
             " out --wheel-tape-circle-mm",
         ),
         ({"rail": "60E1", "rail_file": Reading(mirror=True)}, "mirror of the rail file is True"),

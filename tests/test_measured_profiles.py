@@ -198,15 +198,15 @@ def test_what_is_taken_for_granted_of_a_measured_rail_is_said_with_the_way_back(
         line = read(sampled("60E1", 0.01, registration=Registration(turn_rad=turn_rad)), **reading)
         return " ".join(line.notes)
 
-    jump_note = "where the curvature of 60E1 jumps, the curvature of the rail is taken to jump too: --rail-nominal none"
+    jump_note = "at the curvature jumps of 60E1 the curvature of the rail is assumed to jump too; --rail-nominal none"
     assert jump_note in notes(0.0)
     assert jump_note not in notes(0.0, nominal="none")
     for turn_rad, cant in ((0.0, ""), (0.01, ""), (0.025, "1:40"), (-0.0245, "1:40"), (0.05, "1:20")):
         # a head that is lower on its field side is refused until its side is given
         mirror = False if turn_rad < 0.0 else None
         text = notes(turn_rad, mirror=mirror)
-        assert ("canted in the file already? Then give --inclination none" in text) == bool(cant)
-        assert f"near {cant}:" in text or not cant
+        assert ("if the rail in the file is canted already, give --inclination none" in text) == bool(cant)
+        assert f"near {cant};" in text or not cant
 
 
 def test_points_of_no_rail_have_no_nominal():
@@ -214,7 +214,7 @@ def test_points_of_no_rail_have_no_nominal():
     points = np.column_stack((y, -((y / 7.0) ** 2) + 0.01 * np.random.default_rng(0).normal(size=y.size)))
     line = read(points)
     assert line.measured.nominal == ""
-    with pytest.raises(InputError, match="the points do not lie over 60E1 within 2 mm"):
+    with pytest.raises(InputError, match="the points deviate from 60E1 by more than 2 mm"):
         read(points, nominal="60E1")
 
 
@@ -225,7 +225,7 @@ def test_a_deviation_is_told_across_the_line_as_the_nearest_profile_is():
     """Worn over a flat, where points slide along the line to where they come from."""
     worn = read(sampled("60E1", 0.005, step_mm=0.25, wear=lambda y: 0.4 * np.exp(-(((y + 20.0) / 12.0) ** 2))))
     (note,) = [text for text in worn.notes if "its deviation from 60E1" in text]
-    deviation_mm = float(re.search(r"at most (\S+) mm across it", note)[1])
+    deviation_mm = float(re.search(r"at most (\S+) mm\)", note)[1])
     (same,) = find_nearest_profiles(worn.points, "rail", ("60E1",))
     # two digits of it are told
     assert deviation_mm == pytest.approx(same.farthest_mm, rel=0.06)
@@ -243,11 +243,11 @@ def test_points_that_tell_nothing_of_the_line_are_counted():
     assert not any("left out" in note for note in read(points).notes)
     profile = read(doubled)
     (note,) = [text for text in profile.notes if "left out" in text]
-    assert note == f"of {len(doubled)} points left out: 10 that nearly repeat the one before"
+    assert note == f"left out of {len(doubled)} points: 10 too close to the previous point"
     assert f"smoothed from {len(points)} points" in " ".join(profile.notes)
     further = points[-1] + np.arange(1, 6)[:, None] * (points[-1] - points[-2])
     (note,) = [text for text in read(np.vstack((points, further))).notes if "left out" in text]
-    assert re.fullmatch(rf"of {len(points) + 5} points left out: [567] beyond the ends of 60E1", note)
+    assert re.fullmatch(rf"left out of {len(points) + 5} points: [567] beyond the ends of 60E1", note)
 
 
 def test_exact_points_are_not_smoothed():
@@ -345,7 +345,7 @@ def test_the_deviation_from_the_nominal_scales():
     assert find_foot_points(
         load_library_profile("60E1"), registration.to_reference(np.column_stack((y, without_deviation)))
     ).off_mm == pytest.approx(0.0, abs=1e-9)
-    with pytest.raises(InputError, match="not known by its deviation"):
+    with pytest.raises(InputError, match="has no deviation from a nominal profile"):
         scale_deviation(load_library_profile("60E1"), 0.5)
 
 
@@ -388,7 +388,7 @@ def test_smoothed_profiles_are_equal_by_their_points():
 def test_a_rail_that_lies_canted_in_its_file_is_asked_for(cant):
     nominal_held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
     (*_, said) = _describe_choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail")
-    assert f"near 1:{cant}: is the rail canted" in said
+    assert f"near 1:{cant}; if the rail in the file is canted" in said
 
 
 @pytest.mark.parametrize(("gauge_mm", "field_mm"), [(0.7, 0.7), (0.2, 0.9), (0.9, 0.2)])
@@ -458,7 +458,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert call(["profiles", "again.csv", "--kind", "rail"]) == 0
     (tmp_path / "mine.prr").write_text(simpack(*sampled("60E1", 0.01).T), "utf-8")
     assert call(["profiles", "mine.prr", "--kind", "wheel"]) == 2
-    assert "is a rail but a wheel is wanted" in capsys.readouterr().err
+    assert "is a rail, but a wheel is needed" in capsys.readouterr().err
 
 
 def test_the_labels_of_the_picture_of_a_measured_line_are_apart(monkeypatch):

@@ -85,7 +85,7 @@ def test_a_wheel_counted_from_the_back_of_its_flange_is_refused_until_its_tape_c
 def test_a_flange_far_from_its_place_is_refused_with_the_tape_circle(tmp_path, ending, shift_y, remedy):
     path = wheel_file(tmp_path, ending, shift_y)
     with pytest.raises(
-        InputError, match=r"flange lies at y = .* allowed: -75 to -40 mm.*give --wheel-tape-circle-mm " + remedy
+        InputError, match=r"flange is at y = .* allowed: -75 to -40 mm.*give --wheel-tape-circle-mm " + remedy
     ):
         resolve_wheel(path)
     assert resolve_wheel(path, Reading(tape_circle_mm=shift_y, filter_mm=0.0)).profile.height(0.0) == pytest.approx(
@@ -99,7 +99,8 @@ def test_a_tape_circle_outside_the_profile_is_refused(tmp_path, ending):
     tread = points_of("S1002")[:, 0] > -20.0
     path = wheel_file(tmp_path, ending, 30.0, rows=tread)
     with pytest.raises(
-        InputError, match=r"tape circle y = 0 lies outside the line or at its end.* 11\.\d* to 94 mm, by --wheel-tape"
+        InputError,
+        match=r"tape circle y = 0 is outside the profile or at its end.* 11\.\d* to 94 mm, with --wheel-tape",
     ):
         resolve_wheel(path)
     assert resolve_wheel(path, Reading(tape_circle_mm=30.0, filter_mm=0.0)).profile.height(0.0) == pytest.approx(
@@ -111,7 +112,9 @@ def test_a_tape_circle_outside_the_profile_is_refused(tmp_path, ending):
 def test_a_height_at_the_tape_circle_is_refused_until_it_is_settled(tmp_path, ending):
     path = wheel_file(tmp_path, ending, 0.0, 2.0)
     with pytest.raises(
-        InputError, match=r"at z = 2 mm; allowed: -0\.5 to 0\.5 mm; give --wheel-tape-circle-z-mm 2 .*-z-mm 0 "
+        InputError,
+        match=r"z = 2 mm at the tape circle y = 0; allowed: -0\.5 to 0\.5 mm;"
+        r" give --wheel-tape-circle-z-mm 2 .*-z-mm 0 ",
     ):
         resolve_wheel(path)
     for reading, height in ((2.0, 0.0), (0.0, 2.0)):
@@ -119,7 +122,7 @@ def test_a_height_at_the_tape_circle_is_refused_until_it_is_settled(tmp_path, en
         assert settled.height(0.0) == pytest.approx(height, abs=1e-4)
     # small offsets of instruments give only a note
     little = resolve_wheel(wheel_file(tmp_path, ending, 0.0, -0.3), Reading(filter_mm=0.0)).profile
-    assert any("at z = -0.3 mm, not 0" in note for note in little.notes)
+    assert any("z = -0.3 mm at the tape circle y = 0, not 0" in note for note in little.notes)
 
 
 def canted_rail(folder, ending, *, mirrored, one_in=20.0):
@@ -217,7 +220,7 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     is_measured = (y < 61.0) | (y > 64.9)
     save_csv(tmp_path / "wheel.csv", y[is_measured], z[is_measured])
     wheel = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(filter_mm=0.0)).profile
-    assert any("out of reach of a contact: a straight piece" in note for note in wheel.notes)
+    assert any("where no contact is possible: filled by a straight segment" in note for note in wheel.notes)
     # the points miss the corner at 60 mm
     across = np.append(np.linspace(-30.0, 59.0, 64), np.linspace(61.0, 64.5, 8))
     assert wheel.height(across) == pytest.approx(load_library_profile("S1002").height(across), abs=2e-3)
@@ -225,7 +228,7 @@ def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):
     is_measured = ~((z < -17.0) & (z > -30.0) & (y < 0.0))
     save_csv(tmp_path / "rail.csv", y[is_measured], z[is_measured])
     rail = resolve_rail(str(tmp_path / "rail.csv"), Reading(filter_mm=0.0))
-    assert any("out of reach of a contact: a straight piece" in note for note in rail.notes)
+    assert any("where no contact is possible: filled by a straight segment" in note for note in rail.notes)
     assert place_case(Case(rail=str(tmp_path / "rail.csv"))).first.rail_y_mm == pytest.approx(
         place_case(Case()).first.rail_y_mm, abs=0.01
     )
@@ -271,7 +274,7 @@ def test_an_unusual_flange_is_taken_where_its_tape_circle_is_given(tmp_path):
     with pytest.raises(InputError, match=r"tape_circle_mm = 0 in \[wheel_file\]"):
         resolve_wheel(str(tmp_path / "wheel.csv"))
     profile = resolve_wheel(str(tmp_path / "wheel.csv"), Reading(tape_circle_mm=0.0, tape_circle_z_mm=0.0)).profile
-    assert any("the tip of the flange lies at y = -30" in note for note in profile.notes)
+    assert any("the tip of the flange is at y = -30" in note for note in profile.notes)
 
 
 def test_the_crown_of_a_level_top_is_its_middle():

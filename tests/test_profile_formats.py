@@ -56,7 +56,7 @@ def test_a_simpack_rail_is_read_with_z_turned_up(write):
     rail = resolve_rail(str(write("a.prr", simpack(y, z))), AS_IS)
     assert rail.kind == "rail"
     assert rail.height(y) == pytest.approx(z, abs=1e-11)
-    assert "SIMPACK file: z turned up" in rail.notes
+    assert "SIMPACK file: the sign of z is reversed, so z points up" in rail.notes
 
 
 @pytest.mark.parametrize(("factor", "unit_mm"), [(1000.0, 1.0), (1.0, 1000.0), (39.3700787401575, 25.4)])
@@ -93,12 +93,12 @@ def test_simpack_shifts_rotates_bounds_mirrors_and_inverts_in_this_order(write):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"mirror_y": 2}, r"line \d+: mirror.y = 2; allowed: 0 and 1"),
-        ({"units_len_f": 0}, "units.len.f = 0; the number of length units in a metre"),
+        ({"mirror_y": 2}, r"line \d+: mirror.y = 2; allowed: 0 or 1"),
+        ({"units_len_f": 0}, "units.len.f = 0; give the number of length units per metre"),
         ({"shift_y": "three"}, "shift.y = three; allowed: a number"),
-        ({"something": 1}, "something is no key of this format"),
-        ({"points": "1 2\n3 x"}, "'3 x' is not y, z and perhaps a weight"),
-        ({"points": "1 2 3 4"}, "is not y, z and perhaps a weight"),
+        ({"something": 1}, "something is not a supported key of a SIMPACK file"),
+        ({"points": "1 2\n3 x"}, "'3 x' must be two numbers, y and z, or three with a weight"),
+        ({"points": "1 2 3 4"}, "must be two numbers, y and z, or three with a weight"),
     ],
 )
 def test_what_simpack_does_not_allow_is_refused_with_its_line(write, changes, message):
@@ -108,14 +108,14 @@ def test_what_simpack_does_not_allow_is_refused_with_its_line(write, changes, me
 
 def test_a_cut_simpack_file_is_refused(write):
     text = simpack(*head())
-    with pytest.raises(InputError, match="may be cut off"):
+    with pytest.raises(InputError, match="may be truncated"):
         resolve_rail(str(write("a.prr", text[: len(text) // 2])))
 
 
 @pytest.mark.parametrize("points", ["point.begin\npoint.end\n", "point.end\n"])
 def test_a_simpack_file_without_points_is_refused(write, points):
     text = f"header.begin\nversion = 1\ntype = 0\nheader.end\nspline.begin\n{points}spline.end\n"
-    with pytest.raises(InputError, match="there are 0 different points; at least 10 are needed"):
+    with pytest.raises(InputError, match="there are 0 different points; allowed: 10 to 10000"):
         resolve_rail(str(write("a.prr", text)))
 
 
@@ -123,13 +123,13 @@ def test_a_simpack_wheel_is_no_rail(write):
     y = np.arange(-69.0, 59.0, 0.5)
     path = write("a.prw", simpack(y, load_library_profile("S1002").height(y), "wheel"))
     assert resolve_wheel(str(path)).profile.kind == "wheel"
-    with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
+    with pytest.raises(InputError, match="is a wheel, but a rail is needed"):
         resolve_rail(str(path))
 
 
 def test_slices_are_refused_by_name():
     for ending in (".slcs", ".slcw"):
-        with pytest.raises(InputError, match=rf"a file of slices \({ending}\) .* one slice"):
+        with pytest.raises(InputError, match=rf"a file of slices \({ending}\) .* a single slice"):
             resolve_rail(f"crossing{ending}")
 
 
@@ -156,10 +156,10 @@ def test_miniprof_offsets_are_added_and_its_alignment_is_not(write):
     y, z = head()
     offset = resolve_rail(str(write("a.ban", miniprof(-y - 3.0, z, "XOFF=3.0\nYOFF=0\n"))), AS_IS)
     assert offset.height(y) == pytest.approx(z, abs=1e-8)
-    assert "XOFF = 3 of the header added" in offset.notes
+    assert "XOFF = 3 of the header is added" in offset.notes
     aligned = resolve_rail(str(write("b.ban", miniprof(-y, z, "AlignDA=0.01\n"))), AS_IS)
     assert aligned.height(y) == pytest.approx(z, abs=1e-8)
-    assert "ALIGNDA = 0.01 of the header not applied" in aligned.notes
+    assert "ALIGNDA = 0.01 of the header is not applied" in aligned.notes
 
 
 def test_miniprof_headers_in_quotes_count_as_those_without(write):
@@ -172,7 +172,7 @@ def test_miniprof_headers_in_quotes_count_as_those_without(write):
     with pytest.raises(InputError, match="Units = 'furlong'"):
         resolve_rail(str(write("asked.ban", miniprof(y, z, 'Units="furlong"\n'))))
     rail = resolve_rail(str(write("told.ban", miniprof(y, z, 'AlignDX="2.5"\n'))))
-    assert "ALIGNDX = 2.5 of the header not applied" in rail.notes
+    assert "ALIGNDX = 2.5 of the header is not applied" in rail.notes
     inches = write("inches.ban", miniprof(y / 25.4, z / 25.4, 'Units="in"\n'))
     assert resolve_rail(str(inches), AS_IS).height(y[1:-1]) == pytest.approx(z[1:-1], abs=1e-6)
 
@@ -198,8 +198,8 @@ def test_files_of_the_instrument_have_depth_and_the_back_of_the_flange(write):
     y = np.linspace(-60.0, 59.0, 200)
     # with points 0.1 mm apart, the error at a junction from straight to R 13 mm is 0.04 / 13 * 0.1^2 mm
     assert wheel.height(y) == pytest.approx(load_library_profile("S1002").height(y), abs=3e-5)
-    assert any("the tape circle at WheelDiameterTaperline = 70 mm is y = 0" in note for note in wheel.notes)
-    assert "its Y grows into the body: z is -Y" in wheel.notes
+    assert any("the tape circle, which is at WheelDiameterTaperline = 70 mm" in note for note in wheel.notes)
+    assert "Y points into the body, so z = -Y" in wheel.notes
     # no blank line before the points, as in some of the files
     rail = resolve_rail(str(write("a.ban", instrument_text("rail", taper="", blank=""))), AS_IS)
     y = np.linspace(-35.0, 35.0, 100)
@@ -259,15 +259,15 @@ def columns(separator=" ", header="", decimal=".", z_sign=1.0, y_sign=1.0, scale
     [
         (columns(";", decimal=","), {}, "decimal commas"),
         (columns("\t", decimal=","), {}, "decimal commas"),
-        (columns("  ", header="measured\nby hand\ny z\n"), {}, "3 lines of header left out"),
+        (columns("  ", header="measured\nby hand\ny z\n"), {}, "3 header lines left out"),
         (columns(",", header="y [m],z [m]\n", scale=1e-3), {}, "unit m from the header"),
-        (columns(";", header="y_in;z_in\n", scale=1 / 25.4), {}, "turned from in into mm"),
-        (columns(" ", scale=1e-3), {"units": "m"}, "turned from m into mm"),
-        (columns(" ", z_sign=-1.0), {"columns": "1,-2"}, "the sign of z is turned"),
-        (columns(" ", z_sign=-1.0, header="n y z\n", extra="7 "), {"columns": "y,-z"}, "the sign of z is turned"),
+        (columns(";", header="y_in;z_in\n", scale=1 / 25.4), {}, "converted from in to mm"),
+        (columns(" ", scale=1e-3), {"units": "m"}, "converted from m to mm"),
+        (columns(" ", z_sign=-1.0), {"columns": "1,-2"}, "the sign of z is reversed"),
+        (columns(" ", z_sign=-1.0, header="n y z\n", extra="7 "), {"columns": "y,-z"}, "the sign of z is reversed"),
         (columns(" ", y_sign=-1.0), {"mirror": True}, "mirrored"),
-        (columns(" ", extra="7 "), {"columns": "2,3"}, "taken as"),
-        (columns(" ", header="n y z\n", extra="7 "), {}, "of 3 columns those named 'y' and 'z'"),
+        (columns(" ", extra="7 "), {"columns": "2,3"}, "assumed"),
+        (columns(" ", header="n y z\n", extra="7 "), {}, "of 3 columns, 'y' and 'z' are used"),
         (columns(" ", header="137\n"), {}, "the first line, 137, is the number of points"),
         (columns(",", decimal=","), {}, "decimal commas"),
     ],
@@ -312,9 +312,9 @@ def test_a_mirrored_wheel_is_refused_with_its_option_and_read_with_it(write):
 def test_a_wheel_is_no_rail_and_a_rail_no_wheel(write):
     wheel = str(write("w.csv", csv_text(load_library_profile("S1002"))))
     rail = str(write("r.csv", csv_text(load_library_profile("60E1"))))
-    with pytest.raises(InputError, match=r"a rail is wanted: give the file as the wheel \(--wheel, or --kind wheel\)"):
+    with pytest.raises(InputError, match=r"a rail is needed; give the file as the wheel \(--wheel, or --kind wheel\)"):
         resolve_rail(wheel)
-    with pytest.raises(InputError, match=r"a wheel is wanted: give the file as the rail \(--rail, or --kind rail\)"):
+    with pytest.raises(InputError, match=r"a wheel is needed; give the file as the rail \(--rail, or --kind rail\)"):
         resolve_wheel(rail)
 
 
@@ -359,7 +359,7 @@ def test_points_out_of_order_are_left_out_on_request_only():
 def test_what_is_wrong_everywhere_is_not_repaired():
     y, z = noisy()
     order = np.random.default_rng(3).permutation(y.size)
-    with pytest.raises(InputError, match=r"that is more than 5 % of the points; give the points .* in their order"):
+    with pytest.raises(InputError, match=r"this is more than 5 % of the points; give each point .* in the order"):
         profile_from_points(y[order], z[order], kind="rail", name="p", reading=REPAIRED)
 
 
@@ -434,7 +434,7 @@ def test_names_are_looked_up_in_a_folder_first(tmp_path):
     across = Case(library=str(tmp_path), opposite=Opposite(rail="mine", rolling_radius_mm=459.0)).opposite
     assert across == Opposite(rail=case.rail, rolling_radius_mm=459.0)
     (tmp_path / "mine.txt").write_text("", "utf-8")
-    with pytest.raises(InputError, match=r"'mine' may be mine.csv or mine.txt; give it with its ending"):
+    with pytest.raises(InputError, match=r"'mine' may be mine.csv or mine.txt; give the name with its ending"):
         Case(rail="mine", library=str(tmp_path))
     with pytest.raises(InputError, match="give a folder of profile files"):
         Case(rail="mine", library=str(tmp_path / "none"))
@@ -610,23 +610,23 @@ COMMANDS = (
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda command: command[0])
 @pytest.mark.parametrize(
     ("radii", "note"),
-    [((), ""), (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
+    [((), ""), (("460",), "the given rolling radius is 460 mm, but 359.596 mm in the header of worn.whl"),
      (("360.4",), "")],
 )  # fmt: skip
 def test_commands_say_which_radius_counts(command, radii, note, wheel_with_diameter, capsys):
     options = [word for radius in radii for word in ("--rolling-radius-mm", radius)]
     assert call([*command, "--wheel", wheel_with_diameter, *options]) == 0
     lines = [line for line in "".join(capsys.readouterr()).splitlines() if line.startswith("note: wheel:")]
-    of_header = "DiameterTaperline = 719.192 mm of the header gives the rolling radius 359.596 mm, which counts unless"
+    of_header = "DiameterTaperline = 719.192 mm of the header gives the rolling radius 359.596 mm, unless you give"
     assert [of_header in line for line in lines].count(True) == 1
-    assert [line.removeprefix("note: wheel: ") for line in lines if "as given" in line] == [note] * bool(note)
+    assert [line.removeprefix("note: wheel: ") for line in lines if "the given" in line] == [note] * bool(note)
 
 
 @pytest.mark.parametrize(
     ("radii", "note"),
     [
         ((), "the rolling radius is 359.596 mm by the header of worn.whl"),
-        (("460",), "the rolling radius is 460 mm as given, but 359.596 mm in the header of worn.whl"),
+        (("460",), "the given rolling radius is 460 mm, but 359.596 mm in the header of worn.whl"),
     ],
 )
 def test_what_tells_the_geometry_of_many_cases_says_it_once(radii, note, wheel_with_diameter, tmp_path, capsys):

@@ -139,7 +139,9 @@ def test_any_text_has_an_identity(spec):
 @pytest.mark.parametrize("body", ["rail", "wheel", "opposite_wheel"])
 def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_used(body, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(a file has an ending"):
+    with pytest.raises(
+        InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(give a file with its ending"
+    ):
         Case().with_profiles({body: "60E3"})
     # a file of a different machine or beside a result is recognised by its ending, its folder or its hash
     for later in ("mine.csv", "./mine", "measured\\mine", "mine@0123abcd"):

@@ -55,7 +55,7 @@ def test_separators_comments_and_a_header(write, separator):
     rail = read_points(path, kind="rail")
     assert rail.name == "measured"
     assert rail.height(y) == pytest.approx(z, abs=1e-6)
-    assert rail.notes[0] == "taken as: mm, y positive to the field side, z up, not canted"
+    assert rail.notes[0] == "assumed: mm, y positive to the field side, z up, not canted"
 
 
 def test_byte_order_mark_windows_line_ends_and_an_old_encoding(write):
@@ -88,7 +88,7 @@ def test_a_new_format_is_one_entry(tmp_path, monkeypatch):
     monkeypatch.setitem(formats.READERS, ".mini", reader)
     path = tmp_path / "worn.Mini"
     assert resolve_wheel(str(path)).profile is load_library_profile("S1002")
-    with pytest.raises(InputError, match="is a wheel but a rail is wanted"):
+    with pytest.raises(InputError, match="is a wheel, but a rail is needed"):
         resolve_rail(str(path))
     assert paths == [(path, "wheel"), (path, "rail")]
 
@@ -104,7 +104,7 @@ def test_repeated_points_are_dropped_with_a_note():
     y, z = rail_points()
     rail = profile_from_points(np.insert(y, 7, y[7]), np.insert(z, 7, z[7]), kind="rail", name="r")
     assert rail.curvature(0.0) == pytest.approx(1 / 300, rel=1e-4)
-    assert "1 repeated point dropped" in rail.notes
+    assert "1 repeated point left out" in rail.notes
 
 
 def good():
@@ -118,18 +118,21 @@ def good():
         ("1 2\n3 4\n".encode("utf-16"), "not plain text"),
         ("", "no numbers"),
         ("# only a comment\n", "no numbers"),
-        ("y z\n1 2\nleft right\n", "line 3: 'left right' is not two numbers"),
+        ("y z\n1 2\nleft right\n", "line 3: 'left right' does not have two numbers"),
         ("y z\nhead\n1 2\n", "there are 1 different point"),
         (
             "\x01\x02\x03\xff\n1 2 3\n",
-            "line 2: 3 columns instead of 2 in .*; say which are y and z: give --rail-columns 2,3",
+            "line 2: 3 columns instead of 2 in .*; state which columns are y and z: give --rail-columns 2,3",
         ),
         ("140\n" + good(), "line 1: 1 column instead of 2 in '140'"),
-        ("1,5,2,5\n", "line 1: 4 columns instead of 2 in '1,5,2,5'; .* decimal commas between commas: write points"),
-        (good() + "36.0 nan\n", "line 142: '36.0 nan' is not finite"),
+        (
+            "1,5,2,5\n",
+            "line 1: 4 columns instead of 2 in '1,5,2,5'; .* commas separate columns and decimals: write decimal point",
+        ),
+        (good() + "36.0 nan\n", "line 142: '36.0 nan' has a number that is not finite"),
         (good() + "inf 3.0\n", "not finite"),
-        ("".join(f"{y} {-y * y / 50}\n" for y in range(-4, 5)), "there are 9 different points; at least 10"),
-        ("1.0 2.0\n" * 40, "there are 1 different point; at least 10"),
+        ("".join(f"{y} {-y * y / 50}\n" for y in range(-4, 5)), "there are 9 different points; allowed: 10 to 10000"),
+        ("1.0 2.0\n" * 40, "there are 1 different point; allowed: 10 to 10000"),
     ],
 )
 def test_refused_files(write, content, message):
@@ -187,7 +190,7 @@ def test_a_name_that_would_turn_or_break_what_is_printed_is_refused(tmp_path, si
     for path in (good, bad):
         np.savetxt(path, np.column_stack(rail_points()))
     resolve_rail(str(good))
-    with pytest.raises(InputError, match=r"signs that are not shown, .*; rename the file") as error:
+    with pytest.raises(InputError, match=r"invisible characters, .*; rename the file") as error:
         resolve_rail(str(bad))
     assert sign not in str(error.value)
 
@@ -249,7 +252,7 @@ def test_points_that_lie_on_each_other_are_one(tiny_mm):
     again = np.insert(y, 100, y[100]), np.insert(z, 100, z[100])
     again[1][100] += tiny_mm
     profile = profile_from_points(*again, kind="rail", name="p")
-    assert "1 repeated point dropped" in profile.notes
+    assert "1 repeated point left out" in profile.notes
     assert profile.length_mm == pytest.approx(profile_from_points(y, z, kind="rail", name="p").length_mm, abs=1e-8)
     with pytest.raises(InputError, match="different point"):
         profile_from_points(np.zeros(12), tiny_mm * np.arange(12.0), kind="rail", name="p")
@@ -268,23 +271,25 @@ def test_units_other_than_mm_are_refused(kind):
     y, z = rail_points() if kind == "rail" else wheel_points()
     for unit, mm in MM_PER_UNIT.items():
         if unit != "mm":
-            with pytest.raises(InputError, match=rf"to 500 mm; .* looks like {unit}: give --{kind}-units {unit} "):
+            with pytest.raises(
+                InputError, match=rf"to 500 mm; the unit of the file may be {unit}: give --{kind}-units {unit} "
+            ):
                 profile_from_points(y / mm, z / mm, kind=kind, name="p")
-    with pytest.raises(InputError, match=f"the file looks like mm: give --{kind}-units mm"):
+    with pytest.raises(InputError, match=f"the unit of the file may be mm: give --{kind}-units mm"):
         profile_from_points(1e3 * y, 1e3 * z, kind=kind, name="p", reading=Reading(units="m"))
 
 
 def test_axes_pointing_the_wrong_way_are_refused():
     y, z = rail_points()
-    with pytest.raises(InputError, match=r"middle of the rail lies .* below .*; flip the sign of z"):
+    with pytest.raises(InputError, match=r"middle of the rail is .* below .*; reverse the sign of z"):
         profile_from_points(y, -z, kind="rail", name="p")
     half = y <= 0.0
-    with pytest.raises(InputError, match="flip the sign of z"):
+    with pytest.raises(InputError, match="reverse the sign of z"):
         profile_from_points(y[half], -z[half], kind="rail", name="p")
     y, z = wheel_points()
-    with pytest.raises(InputError, match=r"rises to 2\d\.\d mm above the tread at y = -55.*; flip the sign of z"):
+    with pytest.raises(InputError, match=r"rises to 2\d\.\d mm above the tread at y = -55.*; reverse the sign of z"):
         profile_from_points(y, -z, kind="wheel", name="p")
-    with pytest.raises(InputError, match="flip the sign of y"):
+    with pytest.raises(InputError, match="reverse the sign of y"):
         profile_from_points(-y, z, kind="wheel", name="p")
 
 
@@ -327,13 +332,13 @@ def test_doubtful_origins_are_noted():
     y, z = rail_points()
     tilt = 1 / 40
     canted = profile_from_points(y + tilt * z, z - tilt * y, kind="rail", name="p")
-    assert any("may be canted already" in note for note in canted.notes)
+    assert any("the rail may be canted or worn" in note for note in canted.notes)
     y, z = wheel_points()
     lifted = profile_from_points(y, z + 0.3, kind="wheel", name="p")
-    assert any("at z = 0.3 mm, not 0" in note for note in lifted.notes)
-    with pytest.raises(InputError, match=r"at z = 3 mm; allowed: -0\.5 to 0\.5 mm"):
+    assert any("z = 0.3 mm at the tape circle y = 0, not 0" in note for note in lifted.notes)
+    with pytest.raises(InputError, match=r"z = 3 mm at the tape circle y = 0; allowed: -0\.5 to 0\.5 mm"):
         profile_from_points(y, z + 3.0, kind="wheel", name="p")
-    with pytest.raises(InputError, match="tape circle y = 0 lies outside"):
+    with pytest.raises(InputError, match="tape circle y = 0 is outside"):
         profile_from_points(y[y < -5], z[y < -5], kind="wheel", name="p")
 
 
@@ -424,16 +429,21 @@ def ends(depth: float, dip: float = 0.0) -> tuple[tuple[float, float], ...]:
     ("kind", "good", "bad", "message"),
     [
         # a dip of 8 mm is a flange; it is a groove if on both sides at least 20 mm are within 8 mm of the top
-        ("rail", v(7.9, 20.5), v(8.1, 20.5), r"the line dips by 8\.1 mm at y = 20\.5 mm"),
+        ("rail", v(7.9, 20.5), v(8.1, 20.5), r"the profile dips by 8\.1 mm at y = 20\.5 mm"),
         ("rail", v(7.9, 19.5), v(8.1, 19.5), r"a groove of 8\.1 mm at y = 19\.5 mm"),
         # 0.1 mm below the chord between the ends
-        ("rail", ends(-0.09), ends(-0.11), r"lies 0\.11 mm below the chord"),
+        ("rail", ends(-0.09), ends(-0.11), r"is 0\.11 mm below the chord"),
         # both ends 8 mm below the middle, without a dip of 1 mm
-        ("wheel", ends(7.9), ends(8.1), "both ends of the line lie more than 8 mm below its middle"),
-        ("wheel", ends(8.1, dip=1.1), ends(8.1, dip=0.9), "both ends of the line lie more than 8 mm below its middle"),
+        ("wheel", ends(7.9), ends(8.1), "both ends of the profile are more than 8 mm below its middle"),
+        (
+            "wheel",
+            ends(8.1, dip=1.1),
+            ends(8.1, dip=0.9),
+            "both ends of the profile are more than 8 mm below its middle",
+        ),
         # 10 mm up, or down on the field side
         ("wheel", v(-9.9, -25.0), v(-10.1, -25.0), r"rises to 10\.1 mm above the tread at y = -25\.0 mm"),
-        ("wheel", v(9.9, 25.0), v(10.1, 25.0), r"the flange lies at y = 25\.0 mm, on the field side"),
+        ("wheel", v(9.9, 25.0), v(10.1, 25.0), r"the flange is at y = 25\.0 mm, but a flange is on the gauge side"),
     ],
 )
 def test_a_line_is_refused_from_the_size_on_that_its_body_does_not_have(kind, good, bad, message):
@@ -465,7 +475,7 @@ def test_a_flange_on_the_gauge_side_is_none_on_the_field_side():
         ("rail", -1.1, 0.0, r"the highest point is \(-1\.1, 0\) mm"),
         ("rail", 0.0, -0.11, r"the highest point is \(0, -0\.11\) mm"),
         ("wheel", 0.0, 0.09, ""),
-        ("wheel", 0.0, -0.11, r"at z = -0\.11 mm, not 0"),
+        ("wheel", 0.0, -0.11, r"z = -0\.11 mm at the tape circle y = 0, not 0"),
     ],
 )
 def test_an_origin_is_noted_from_a_tenth_of_a_millimetre_on(kind, y_mm, z_mm, said):

@@ -357,7 +357,7 @@ def test_evaluate_is_nan_outside_the_line():
 
 def test_profile_refuses_a_gap_and_the_wrong_direction():
     first, far = StraightSegment(start=(0.0, 0.0), end=(1.0, 0.0)), StraightSegment(start=(1.0, 0.1), end=(2.0, 0.1))
-    with pytest.raises(InputError, match=r"gap of 0\.1 mm may be at most 0\.001 mm"):
+    with pytest.raises(InputError, match=r"gap is 0\.1 mm; allowed: at most 0\.001 mm"):
         Profile(name="broken", kind="rail", segments=(first, far))
     with pytest.raises(InputError, match="small to large y"):
         Profile(name="backwards", kind="rail", segments=(StraightSegment(start=(1.0, 0.0), end=(0.0, 0.0)),))
@@ -415,9 +415,9 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
         (
             resolve_rail,
             "S1002",
-            r"is a wheel but a rail is wanted; give it as the wheel \(--wheel, or --kind wheel\), or",
+            r"is a wheel, but a rail is needed; give it as the wheel \(--wheel, or --kind wheel\), or",
         ),
-        (resolve_wheel, "60E1", "is a rail but a wheel is wanted"),
+        (resolve_wheel, "60E1", "is a rail, but a wheel is needed"),
         (resolve_wheel, "S1003", "did you mean S1002"),
         (resolve_wheel, "qqqq", "the library has CONE20, CONE40, EN13715_1in40, EN15302_A"),
         (resolve_rail, "cylinder:460", "is a wheel"),
@@ -429,7 +429,7 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
         (resolve_rail, "missing.txt", "there is no file"),
         (resolve_rail, "x" * 5000, "there is no profile"),
         (resolve_rail, "", "there is no profile"),
-        (resolve_rail, "nul\0.toml", "signs that are not shown"),
+        (resolve_rail, "nul\0.toml", "invisible characters"),
     ],
 )
 def test_resolve_explains_what_it_cannot_find(resolve, spec, message):
@@ -465,7 +465,11 @@ def test_a_copied_file_is_the_same_profile_until_it_is_changed(tmp_path):
         ("[300.0,", "[nan,", "head.radii.0: .*finite"),
         ("[300.0, 80.0,", "[300.0,", "2 radii need 1 half_widths"),
         ("[10.012,", "[30.012,", "arc 2 with radius 80 mm cannot reach"),
-        ("side_to_z = -32.0", "side_to_z = -2.0", "side_to_z is -2 mm; allowed: below the last arc, -14.1001 mm"),
+        (
+            "side_to_z = -32.0",
+            "side_to_z = -2.0",
+            "side_to_z is -2 mm; allowed: below the end of the last arc, -14.1001 mm",
+        ),
         ("[300.0,", "[" * 5000, "not valid TOML: brackets are nested too deeply"),
         ("[300.0,", "[" + "1" * 5000 + ",", "not valid TOML: .*4300 digits"),
         ("[300.0,", "[" + "1" * 400 + ",", "head.radii.0"),
@@ -487,7 +491,7 @@ def test_profile_file_errors_name_the_key(tmp_path, old, new, message):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("radius = 12.0", "radius = 12.1", "surface 2: the point .* lies -0.1 mm off the circle"),
+        ("radius = 12.0", "radius = 12.1", "surface 2: the point .* is -0.1 mm off the circle"),
         ("y_to = 60.0", "y_to = 20.0", "y_from = 32.158 must be smaller than y_to = 20"),
         ('type = "line"', 'type = "curve"', "surface.8"),
         ("to = [65.0, 7.63567638]", "to = [65.0]", "surface.8.line.to"),
@@ -497,7 +501,7 @@ def test_profile_file_errors_name_the_key(tmp_path, old, new, message):
             "coefficients = [" + 60 * "1e300, ",
             r"surface \d: the polynomial .* up to 1e\+300 exceeds",
         ),
-        ("to = [65.0, 7.63567638]", "to = [650.0, 7.63567638]", "the line spans 720 mm"),
+        ("to = [65.0, 7.63567638]", "to = [650.0, 7.63567638]", "the profile spans 720 mm"),
     ],
 )
 def test_segment_errors_name_the_segment(tmp_path, old, new, message):

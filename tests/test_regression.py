@@ -572,7 +572,7 @@ def test_exit_codes(tmp_path, capsys):
         ("map.csv", "lateral_shift_mm,load_kN\n,3\n", "no value of lateral_shift_mm"),
         ("samecell.csv", "lateral_shift_mm,load_kN\n1,3\n1.0,3.0\n", "are both lateral_shift_mm 1, load_kN 3"),
         ("bytes.csv", b"\xff\xfe\x00", "not CSV"),
-        ("broken.json", "{", "no JSON"),
+        ("broken.json", "{", "is not valid JSON"),
         ("list.json", "[1]", "no table of results"),
         ("map.json", '{"cells": []}', "no list of rows"),
         ("rows.json", '{"rows": [1]}', "no list of rows"),
@@ -580,10 +580,10 @@ def test_exit_codes(tmp_path, capsys):
         ("row.json", '{"schema": "fecontact/row/1", "row": [1]}', "no list of rows"),
         ("emptyrow.json", '{"schema": "fecontact/row/1", "row": {}}', "neither a column id"),
         ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
-        ("deep.json", "[" * 100_000, "no JSON"),
-        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "no JSON"),
+        ("deep.json", "[" * 100_000, "is not valid JSON"),
+        ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "is not valid JSON"),
         ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "no JSON"),
-        ("bytes.json", b"\xff\xfe\x00", "no JSON"),
+        ("bytes.json", b"\xff\xfe\x00", "is not valid JSON"),
         ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
         ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),
         ("table.txt", "id\n1\n", "ending .txt"),
@@ -784,8 +784,11 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     assert call(["compare", same, same, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
     for older, newer in (
-        (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
-        (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (
+            ["--html", "a.html"],
+            "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png",
+        ),
+        (["--png", "a.png"], "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"),
         (["--json", "a.json"], "--json is a flag, and JSON goes to standard output; write: --json > a.json"),
         (["--json=a.json"], "--json: it is a flag, and a.json behind it is too much; leave it out"),
     ):

@@ -144,7 +144,7 @@ def test_a_wrong_point_beside_a_junction_is_told():
         except InputError:
             noted += 1
         else:
-            noted += any("off the lines on either side of it" in note for note in profile.notes)
+            noted += any("off the profile on both of its sides" in note for note in profile.notes)
     assert noted >= 4
 
 

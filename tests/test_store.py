@@ -209,7 +209,7 @@ def test_a_row_is_read_as_it_was_written(tmp_path):
     assert (row["verdict_answer"], row["verdict_failing"]) == ("FAILS", "separate_load")
     assert row["geometry_junction_distance_mm"] == float("inf")
     assert row["verdict_cause"] is None
-    with pytest.raises(InputError, match=r"rail\.vtu: no JSON"):
+    with pytest.raises(InputError, match=r"rail\.vtu is not valid JSON"):
         read_row(name_case_folder(tmp_path, name) / "rail.vtu")
     with pytest.raises(InputError, match=r"fecontact/row/3.*again"):
         read_row(name_case_folder(tmp_path, name) / MANIFEST)

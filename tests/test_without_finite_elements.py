@@ -194,7 +194,7 @@ def arm_machine(monkeypatch):
 
 def test_on_arm_another_machine_is_the_remedy(arm_machine, capsys):
     assert call(["solve"]) == 2
-    assert "have no wheels for Linux on aarch64: solve on an x86-64 machine" in capsys.readouterr().err
+    assert "have no Python wheels for Linux on aarch64: solve on an x86-64 machine" in capsys.readouterr().err
     assert doctor.print_diagnosis() == 1
     said = capsys.readouterr().out
     assert said.splitlines()[-1] == packages.suggest_remedy()

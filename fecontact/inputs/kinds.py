@@ -237,7 +237,7 @@ class Number(Input):
         if low <= value <= high:
             return ""
         value_text, bounds = self.shown(value), f"{low * self.factor:g} to {high * self.factor:g}"
-        return f"{self.label} is {value_text} {self._outside_unit}; usual are {bounds}: {self.remedy}"
+        return f"{self.label} is {value_text} {self._outside_unit}; usual: {bounds}; {self.remedy}"
 
     def read(self, value: Any) -> float:
         """Convert a number from the user's unit to the unit inside the program.

@@ -189,11 +189,11 @@ def input_dataclass(kind: type[T]) -> type[T]:
     def checked(self: T, *positional_values: Any, **values: Any) -> None:
         if positional_values:
             example = ", ".join(f"{member.name}=..." for member in fields(checked_class)[:2])
-            raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({example})")
+            raise InputError(f"{kind.__name__} takes keyword arguments only: {kind.__name__}({example})")
         for name in values.keys() - {member.name for member in fields(checked_class)}:
             raise InputError(
                 explain_former_name(name)
-                or f"{name}: {kind.__name__} has no such input{_suggest_input(checked_class, name)}"
+                or f"{name} is not an input of {kind.__name__}{_suggest_input(checked_class, name)}"
             )
         for entry in fields(checked_class):
             if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
@@ -229,7 +229,7 @@ def read_table(kind: type[T], name: str, table: Any) -> T:
     """
     descriptions = list_descriptions(kind)
     if not isinstance(table, Mapping):
-        raise InputError(f"[{name}] is missing; give it, with {', '.join(descriptions)}")
+        raise InputError(f"table [{name}] is missing; give it with the keys {', '.join(descriptions)}")
     try:
         return kind(
             **{key: descriptions[key].read(value) if key in descriptions else value for key, value in table.items()}
@@ -249,7 +249,7 @@ def _suggest_input(kind: Any, name: str) -> str:
         proposals |= dict.fromkeys((description.key or field_name, *description.options), field_name)
     for member in fields(kind):
         if "part" in member.metadata and name in list_descriptions(inner := type(_default_value(member))):
-            return f"; it is one of {inner.__name__}: {member.name}={inner.__name__}({name}=...)"
+            return f"; it is an input of {inner.__name__}: {member.name}={inner.__name__}({name}=...)"
     return suggest_name(name, proposals)
 
 

@@ -48,7 +48,7 @@ def parse_inclination(text: str) -> float:
             return math.atan(1.0 / ratio)
     if match := re.fullmatch(rf"({_NUMBER})\s*(mrad|rad|deg)", text):
         return float(match[1]) * {"mrad": 1e-3, "rad": 1.0, "deg": math.pi / 180.0}[match[2]]
-    raise InputError(f"inclination {text!r}: allowed are {INCLINATION_FORMS}")
+    raise InputError(f"inclination is {text!r}; allowed: {INCLINATION_FORMS}")
 
 
 def format_inclination(inclination_rad: float) -> str:
@@ -132,11 +132,11 @@ def require_number_list(values: Sequence[float], name: str) -> tuple[float, ...]
 
 def _expand_range(first: float, last: float, step: float, label: str) -> list[float]:
     if not step > 0.0 or last < first:
-        raise InputError(f"{label}: a range goes up, with a step above zero, such as -6:6:0.5")
+        raise InputError(f"{label}: a range must ascend with a positive step, such as -6:6:0.5")
     # The millionth of a step covers range ends that are not exact multiples of the step in binary.
     steps = (last - first) / step + 1e-6
     if not steps < _MOST_NUMBERS:
-        raise InputError(f"{label}: {steps + 1.0:.6g} values; allowed are {_MOST_NUMBERS}; take a larger step")
+        raise InputError(f"{label}: {steps + 1.0:.6g} values; allowed: at most {_MOST_NUMBERS}; use a larger step")
     return [round(first + step * index, 9) for index in range(math.floor(steps) + 1)]
 
 
@@ -162,23 +162,25 @@ def suggest_name(name: str, proposals: Mapping[str, str]) -> str:
 
 def explain_former_name(name: str) -> str:
     """Hint for the former name of an input; empty for any other name."""
-    return f"{name}: there is no such input any more; {FORMER_NAMES[name]}" if name in FORMER_NAMES else ""
+    return f"{name} is no longer an input; {FORMER_NAMES[name]}" if name in FORMER_NAMES else ""
 
 
 _PROFILE_INPUTS = {
-    "smoothing_mm": "the wave length of which smoothing leaves half is filter_mm, 0 for points as exact",
-    "flip_z": "a minus sign turns a column: columns = '1,-2'",
-    "decimal": "decimal commas are recognised; where they are not, write points",
-    "offsets": "offsets of a MiniProf header are added, its alignment is not, and the notes say so",
+    "smoothing_mm": "use filter_mm, the wavelength that smoothing halves, or 0 to use the points as exact",
+    "flip_z": "a minus sign reverses the sign of a column: columns = '1,-2'",
+    "decimal": "decimal commas are recognised; if they are not, write decimal points",
+    "offsets": "the offsets of a MiniProf header are added, its alignment is not; notes list both",
 }
-_REFINEMENT = "finer elements are asked for by refine = 'verdict' (the default), 'never' or 'evidence'"
-_OPPOSITE = "--opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=... has it, in files the table [opposite]"
-_HALF_LENGTH = "rail and rim have one half_length_mm"
-_NO_MATERIAL_NAME = "a material has no name any more; leave it out"
+_REFINEMENT = "for finer elements use refine = 'verdict' (the default) or 'evidence', or 'never' for none"
+_OPPOSITE = "use --opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., in files the table [opposite]"
+_HALF_LENGTH = "use half_length_mm, which sets both rail and rim"
+_NO_MATERIAL_NAME = "materials have no name; leave it out"
 FORMER_NAMES = {
-    **dict.fromkeys(("html", "png"), "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
-    "wheelset": "the roll at which both wheels touch is roll = 'touching', a fixed one roll = 'given'",
-    "roll_under_load": "the roll of the loaded wheelset is roll = 'loaded'",
+    **dict.fromkeys(
+        ("html", "png"), "use compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"
+    ),
+    "wheelset": "use roll = 'touching' for the roll at which both wheels touch, or roll = 'given' for a fixed roll",
+    "roll_under_load": "use roll = 'loaded' for the roll of the loaded wheelset",
     **dict.fromkeys(("refine_degrees_of_freedom", "evidence"), _REFINEMENT),
     **dict.fromkeys(("rail_half_length_mm", "rim_half_length_mm"), _HALF_LENGTH),
     **{

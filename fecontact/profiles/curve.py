@@ -147,12 +147,12 @@ class Profile:
                 if not gap <= JOINT_GAP_MM:
                     raise InputError(
                         f"{self.name}: {chain_name}: segment {i + 1} ends at ({end.y[1]:.6g}, {end.z[1]:.6g}) mm but "
-                        f"segment {j + 1} starts at ({ends[j].y[0]:.6g}, {ends[j].z[0]:.6g}) mm; the gap of {gap:.3g} "
-                        f"mm may be at most {JOINT_GAP_MM:g} mm; make the two points the same"
+                        f"segment {j + 1} starts at ({ends[j].y[0]:.6g}, {ends[j].z[0]:.6g}) mm; the gap is {gap:.3g} "
+                        f"mm; allowed: at most {JOINT_GAP_MM:g} mm; give both points equal coordinates"
                     )
             if not closed and not ends[0].y[0] < ends[-1].y[1]:
                 raise InputError(
-                    f"{self.name}: the running surface goes from y = {ends[0].y[0]:.6g} to {ends[-1].y[1]:.6g} mm; "
+                    f"{self.name}: the running surface runs from y = {ends[0].y[0]:.6g} to {ends[-1].y[1]:.6g} mm; "
                     "list its segments from small to large y"
                 )
 
@@ -390,8 +390,8 @@ def make_arc(start: PlanePoint, end: PlanePoint, *, centre: PlanePoint, radius: 
         distance_mm = math.hypot(point[0] - centre[0], point[1] - centre[1]) - radius
         if not abs(distance_mm) <= JOINT_GAP_MM:
             raise InputError(
-                f"{label}: the point {point} mm lies {distance_mm:.3g} mm off the circle of radius {radius:g} mm "
-                f"about {centre} mm; allowed: {JOINT_GAP_MM:g} mm; correct the point, the centre or the radius"
+                f"{label}: the point {point} mm is {distance_mm:.3g} mm off the circle of radius {radius:g} mm "
+                f"about {centre} mm; allowed: at most {JOINT_GAP_MM:g} mm; correct the point, the centre or the radius"
             )
         angles.append(math.atan2(point[1] - centre[1], point[0] - centre[0]))
     turn = math.remainder(angles[1] - angles[0], math.tau)
@@ -445,7 +445,9 @@ def make_tangent_head(
             centre = (centre[0] + shift * math.cos(angle), centre[1] + shift * math.sin(angle))
     corner = (centre[0] + radii[-1] * math.cos(angles[-1]), centre[1] + radii[-1] * math.sin(angles[-1]))
     if not side_to_z < corner[1]:
-        raise InputError(f"head: side_to_z is {side_to_z:g} mm; allowed: below the last arc, {corner[1]:.4f} mm")
+        raise InputError(
+            f"head: side_to_z is {side_to_z:g} mm; allowed: below the end of the last arc, {corner[1]:.4f} mm"
+        )
     foot = (corner[0] + (corner[1] - side_to_z) / side_one_in, side_to_z)
     right.append(StraightSegment(start=corner, end=foot))
     crown = Arc(centre=(0.0, -radii[0]), radius=radii[0], angle_from=math.pi - angles[1], angle_to=angles[1])
@@ -563,8 +565,8 @@ def make_two_arc_rail_head(
     radius = crown_mm if junction_mm >= 0.0 else gauge_mm
     if not abs(junction_mm) < min(radius, half_width_mm):
         raise InputError(
-            f"junction at {junction_mm:g} mm from the crown; allowed: less than the arc of {radius:g} mm under it and"
-            f" the half-width of {half_width_mm:g} mm"
+            f"junction at {junction_mm:g} mm from the crown; allowed: less than the radius of the arc, {radius:g} mm,"
+            f" and the half-width, {half_width_mm:g} mm"
         )
     angle = math.pi / 2 + junction_mm / radius
     normal = (math.cos(angle), math.sin(angle))
@@ -578,7 +580,7 @@ def make_two_arc_rail_head(
         first, last = (end, angle) if side < 0.0 else (angle, end)
         if not first > last:
             raise InputError(
-                f"junction at {junction_mm:g} mm: the arc of {r:g} mm beside it is too steep there; give a smaller"
+                f"junction at {junction_mm:g} mm: the arc of radius {r:g} mm is too steep there; give a smaller"
                 " distance"
             )
         segments.append(Arc(centre=centre, radius=r, angle_from=first, angle_to=last))
@@ -645,10 +647,10 @@ def check_size(y: Floats, z: Floats, *, kind: ProfileKind, label: str, unit: str
         return
     in_file, usual = max(span / MM_PER_UNIT[unit], 1e-300), _USUAL_SPAN_MM[kind]
     likely = min(MM_PER_UNIT, key=lambda unit_name: abs(math.log(in_file * MM_PER_UNIT[unit_name] / usual)))
-    advice = f"the file looks like {likely}: {suggest_option(kind, 'units', likely)}"
+    advice = f"the unit of the file may be {likely}: {suggest_option(kind, 'units', likely)}"
     raise InputError(
-        f"{label}: the line spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
-        + (advice if likely != unit else f"give the running surface of the {kind} alone, whole")
+        f"{label}: the profile spans {span:.4g} mm; allowed: {low:g} to {high:g} mm; "
+        + (advice if likely != unit else f"give the whole running surface of the {kind}, and only this surface")
     )
 
 
@@ -692,51 +694,52 @@ def check_shape(
             np.ptp(side_y[side_z > side_z.max() - _LARGEST_DIP_MM]) > _LEAST_HEAD_WIDTH_MM for side_y, side_z in sides
         ):
             raise InputError(
-                f"{what}: there are two heads beside one another, with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm:"
-                " two rails, or a rail with its guard; cut the file there, and give the running rail alone"
+                f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
+                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail"
             )
         # a head is above the chord between its ends, even if it is canted, worn or half
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
         height_above_chord = float(np.median(z[middle])) - 0.5 * (z[0] + z[-1]) if middle.any() else 0.0
         if height_above_chord < -0.1:
             raise InputError(
-                f"{what}: the middle of the rail lies {-height_above_chord:.2f} mm below the chord between its ends, "
-                "but z points up and a rail head is highest in the middle; flip the sign of z, or "
+                f"{what}: the middle of the rail is {-height_above_chord:.2f} mm below the chord between its ends, "
+                "but z points up and a rail head is highest in the middle; reverse the sign of z, or "
                 + suggest_option(kind, "columns", flipped_columns)
             )
         if dip > _LARGEST_DIP_MM:
             raise InputError(
-                f"{what}: the line dips by {dip:.1f} mm at y = {y[at]:.1f} mm, as the flange of a wheel does; a rail is"
-                " wanted: give the file as the wheel (--wheel, or --kind wheel), or cut the line at the sides of the"
+                f"{what}: the profile dips by {dip:.1f} mm at y = {y[at]:.1f} mm, like the flange of a wheel, but a"
+                " rail is"
+                " needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the sides of the"
                 " head"
             )
         return
     middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
     if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _LARGEST_DIP_MM and _find_deepest_dip(z)[0] < 1.0:
         raise InputError(
-            f"{what}: both ends of the line lie more than {_LARGEST_DIP_MM:g} mm below its middle, as on a rail;"
-            " a wheel is wanted: give the file as the rail (--rail, or --kind rail)"
+            f"{what}: both ends of the profile are more than {_LARGEST_DIP_MM:g} mm below its middle, as on a rail,"
+            " but a wheel is needed; give the file as the rail (--rail, or --kind rail)"
         )
     # the back of the flange and the face of the rim are high, so they are ignored
     steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
     gentle = np.flatnonzero(~steep)
     if not gentle.size:
         raise InputError(
-            f"{what}: the whole line is steep; a wheel needs its tread, z up and y across; swap the columns"
+            f"{what}: the whole profile is steep, but a wheel needs its tread, with y across and z up; swap the columns"
         )
     y, z = y[gentle[0] : gentle[-1] + 2], z[gentle[0] : gentle[-1] + 2]
     tread = float(np.median(z))
     rise, drop = float(z.max()) - tread, tread - float(z.min())
     if rise > 10.0 and rise > drop:
         raise InputError(
-            f"{what}: the line rises to {rise:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
-            f"{drop:.1f} mm below it, but z points up and a flange reaches down; flip the sign of z, or "
+            f"{what}: the profile rises to {rise:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
+            f"{drop:.1f} mm below it, but z points up and a flange reaches down; reverse the sign of z, or "
             + suggest_option(kind, "columns", flipped_columns)
         )
     if drop > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise InputError(
-            f"{what}: the flange lies at y = {y[z.argmin()]:.1f} mm, on the field side, but y is positive to the field "
-            "side; flip the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored)
+            f"{what}: the flange is at y = {y[z.argmin()]:.1f} mm, but a flange is on the gauge side, y < 0; reverse "
+            "the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored)
         )
 
 

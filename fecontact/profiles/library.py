@@ -85,7 +85,8 @@ def find_in_folder(name: str, folder: str | Path) -> str:
     exact = [path for path in matches if path.name == name]
     if len(exact) != 1 and len(matches) > 1:
         raise InputError(
-            f"library {folder}: {name!r} may be {' or '.join(path.name for path in matches)}; give it with its ending"
+            f"library {folder}: {name!r} may be {' or '.join(path.name for path in matches)}; give the name with its"
+            " ending"
         )
     return str((exact or matches)[0]) if matches else name
 
@@ -259,15 +260,17 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> ArrayP
         y, z = (np.asarray(values, dtype=float) for values in (y_mm, z_mm))
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"profile {name!r}: y_mm and z_mm are not arrays of numbers ({error}); give both in mm"
+            f"profile {name!r}: y_mm and z_mm are not arrays of numbers ({error}); give both as arrays of numbers in mm"
         ) from None
     if y.ndim != 1 or y.shape != z.shape:
         raise InputError(
-            f"profile {name!r}: y_mm and z_mm have the shapes {y.shape} and {z.shape}; allowed: (n,) of both"
+            f"profile {name!r}: y_mm and z_mm have the shapes {y.shape} and {z.shape}; allowed: (n,) for both"
         )
     if not np.isfinite(y + z).all():
         at = int(np.flatnonzero(~np.isfinite(y + z))[0])
-        raise InputError(f"profile {name!r}: point {at + 1} is ({y[at]}, {z[at]}) mm; leave out what is not finite")
+        raise InputError(
+            f"profile {name!r}: point {at + 1} is ({y[at]}, {z[at]}) mm; leave out points that are not finite"
+        )
     if not isinstance(name, str) or not _NAME_PATTERN.fullmatch(name):
         raise InputError(
             f"profile name is {str(name)[:80]!r}; allowed: up to 60 letters, digits, dots, hyphens and underscores"
@@ -328,7 +331,7 @@ def refuse_unknown_profile(spec: str) -> None:
     try:
         find_library_name(spec)
     except InputError as error:
-        raise InputError(f"{error} (a file has an ending, or a folder before its name)") from None
+        raise InputError(f"{error} (give a file with its ending or its folder)") from None
 
 
 def profile_identity(spec: str) -> str:

@@ -59,7 +59,7 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
     tread = height if inside and not _is_flange(y, z, float(np.median(z))) else float(np.median(z))
     notes = []
     if _is_flange(y, z, tread) and not _ALLOWED_TIP_MM[0] <= y[tip] <= _ALLOWED_TIP_MM[1]:
-        tip_text = f"the tip of the flange lies at y = {y[tip]:.1f} mm"
+        tip_text = f"the tip of the flange is at y = {y[tip]:.1f} mm"
         usual_text = f"{_ALLOWED_TIP_MM[0]:g} to {_ALLOWED_TIP_MM[1]:g} mm from the tape circle y = 0"
         # users who give the tape circle are aware of an unusual flange
         if reading.tape_circle_mm is None:
@@ -67,29 +67,30 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
                 f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
                 f" {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
             )
-        notes.append(f"{tip_text}; usual are {usual_text}")
+        notes.append(f"{tip_text}; usual: {usual_text}")
     if not inside:
         ends = sorted(_locate_in_file(float(end), reading) for end in (y.min(), y.max()))
         raise InputError(
-            f"{label}: the tape circle y = 0 lies outside the line or at its end, y = {y.min():.4g} to "
+            f"{label}: the tape circle y = 0 is outside the profile or at its end, y = {y.min():.4g} to "
             f"{y.max():.4g} mm;"
-            f" allowed: at least {_LEAST_INSIDE_MM:g} mm within it; give the y of the file at which the rolling radius"
-            f" is measured, {ends[0] + _LEAST_INSIDE_MM:.4g} to {ends[1] - _LEAST_INSIDE_MM:.4g} mm, by"
+            f" allowed: at least {_LEAST_INSIDE_MM:g} mm within the profile; give the y of the file at which the"
+            " rolling"
+            f" radius is measured, {ends[0] + _LEAST_INSIDE_MM:.4g} to {ends[1] - _LEAST_INSIDE_MM:.4g} mm, with"
             " --wheel-tape-circle-mm (tape_circle_mm in [wheel_file])"
         )
     if reading.tape_circle_z_mm is not None:
-        return [*notes, f"z = {reading.tape_circle_z_mm:g} mm of the file has the rolling radius"]
+        return [*notes, f"the wheel has its rolling radius at z = {reading.tape_circle_z_mm:g} mm of the file"]
     if abs(height) > _LARGEST_HEIGHT_MM:
         raise InputError(
-            f"{label}: the line passes the tape circle y = 0 at z = {height:.4g} mm; allowed: "
+            f"{label}: the profile has z = {height:.4g} mm at the tape circle y = 0; allowed: "
             f"{-_LARGEST_HEIGHT_MM:g} to"
             f" {_LARGEST_HEIGHT_MM:g} mm; {suggest_option(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling"
-            " radius is that of the line there, or"
+            " radius belongs to the profile there, or"
             f" {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
         )
     if abs(height) > _NOTED_HEIGHT_MM:
         notes.append(
-            f"the line passes the tape circle y = 0 at z = {height:.4g} mm, not 0: check the origin of the file"
+            f"the profile has z = {height:.4g} mm at the tape circle y = 0, not 0: check the origin of the file"
         )
     return notes
 
@@ -127,7 +128,7 @@ def _suggest_tape_circle(tip_mm: float, reading: Reading) -> str:
     tip_in_file_mm = _locate_in_file(tip_mm, reading)
     if _TIP_OVER_BACK_MM[0] <= side * tip_in_file_mm <= _TIP_OVER_BACK_MM[1]:
         usual = suggest_option("wheel", "tape_circle_mm", side * _USUAL_FROM_BACK_MM)
-        return f"where y counts from the back of the flange, {usual}"
+        return f"if y counts from the back of the flange, {usual}"
     rounded_mm = float(round(tip_in_file_mm - side * _USUAL_TIP_MM))
     return f"{suggest_option('wheel', 'tape_circle_mm', rounded_mm)} for the usual {-_USUAL_TIP_MM:g} mm from the tip"
 
@@ -160,13 +161,13 @@ def _check_rail_origin(points: Floats, reading: Reading, label: str) -> list[str
     ):
         if position_mm:
             raise InputError(
-                f"{label}: {position_mm:g} mm is given for a tape circle, but a rail has none; leave out "
+                f"{label}: {position_mm:g} mm is given for a tape circle, but a rail has no tape circle; leave out "
                 f"--rail-{option}"
             )
     top = points[points[:, 1].argmax()]
     if abs(top[0]) > 1.0 or abs(top[1]) > 0.1:
         return [
-            f"the highest point is ({top[0]:.4g}, {top[1]:.4g}) mm, not the origin: the rail may be canted already,"
-            " worn, or have another origin; it is used as it is"
+            f"the highest point is ({top[0]:.4g}, {top[1]:.4g}) mm, not the origin: the rail may be canted or worn, or"
+            " the file has a different origin; the profile is used without a change"
         ]
     return []

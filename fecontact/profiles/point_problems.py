@@ -52,10 +52,10 @@ class PointProblem:
         if self.what == "spike":
             return f"a spike of {abs(self.size_mm):.2g} mm at {at}"
         if self.what == "unclear":
-            return f"{at} is {abs(self.size_mm):.2g} mm off the lines on either side of it"
+            return f"{at} is {abs(self.size_mm):.2g} mm off the profile on both of its sides"
         if self.what == "out of order":
-            return f"the line turns back at {at}"
-        return f"the line crosses itself at {at}"
+            return f"the profile turns back at {at}"
+        return f"the profile crosses itself at {at}"
 
 
 def compute_turning_angles(points: Floats) -> Floats:

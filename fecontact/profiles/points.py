@@ -398,15 +398,15 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
     points, repeated = _drop_repeated_points(points)
     if repeated:
-        remarks.append(f"{format_count(repeated, 'repeated point')} dropped")
+        remarks.append(f"{format_count(repeated, 'repeated point')} left out")
     if not FEWEST_POINTS <= len(points) <= _LARGEST_POINT_COUNT:
         raise InputError(
-            f"{name}: there are {format_count(len(points), 'different point')}; at least {FEWEST_POINTS} are needed, "
-            f"{_LARGEST_POINT_COUNT} are allowed, better one every 0.1 to 0.5 mm"
+            f"{name}: there are {format_count(len(points), 'different point')}; allowed: {FEWEST_POINTS} to "
+            f"{_LARGEST_POINT_COUNT}; give a point every 0.1 to 0.5 mm"
         )
     if points[-1, 0] < points[0, 0]:
         points = points[::-1]
-        remarks.append("the points ran towards small y: their order was reversed")
+        remarks.append("the points are in the order of decreasing y: their order is reversed")
 
     points, cut_remarks = _cut_turned_in_ends(points, file_points.kind)
     # the shape of a profile that turns back is undefined, so wrong points are removed first
@@ -591,7 +591,7 @@ def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list
     for end, omitted in ((first, first), (last, len(points) - 1 - last)):
         if omitted:
             remarks.append(
-                f"the line turns in beyond its widest point {_format_point(points[end])}: "
+                f"the profile turns in beyond its widest point {_format_point(points[end])}: "
                 f"{format_count(omitted, 'point')} cut off"
             )
     return points[first : last + 1], remarks
@@ -654,14 +654,14 @@ def _remove_wrong_points(
     notes = [f"{format_count(len(left_out), 'point')} left out: {omitted_text}"] if left_out else []
     if doubtful := find_unclear_points(points):
         notes.append(
-            f"{_list_texts([problem.text for problem in doubtful])}: wrong, or at two junctions close to one another; a"
-            " spline bends there"
+            f"{_list_texts([problem.text for problem in doubtful])}: wrong points, or two junctions close together; the"
+            " profile bends there"
         )
     is_backward = np.diff(points[:, 0]) <= 0.0
     if is_backward.any():
         notes.append(
-            f"the line is vertical or overhangs at {format_count(int(is_backward.sum()), 'point')}: kept as a steep "
-            "side"
+            f"the profile is vertical or overhangs at {format_count(int(is_backward.sum()), 'point')}: kept as a steep"
+            " side"
         )
     return points, (*left_out, *doubtful), notes
 
@@ -725,12 +725,11 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
     """
     text = f"{file_points.name}: {_list_texts([problem.text for problem in problems])}"
     if too_many:
-        text += f"; that is more than {100 * _LARGEST_OMITTED_SHARE:g} % of the points"
+        text += f"; this is more than {100 * _LARGEST_OMITTED_SHARE:g} % of the points"
         if not _find_disorder_beyond_noise(file_points.points[:, ::-1]):
             y, z = file_points.flipped_columns.replace("-", "").split(",")
             return (
-                f"{text}; the columns are y and z the other way round:"
-                f" {suggest_option(file_points.kind, 'columns', f'{z},{y}')}"
+                f"{text}; the columns y and z are exchanged: {suggest_option(file_points.kind, 'columns', f'{z},{y}')}"
             )
     mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" * (
         not (repair or too_many)
@@ -738,8 +737,8 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
     if problems[0].what == "spike":
         return f"{text}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
-        f"{text}; give the points of the running surface in their order along the line, once, without the inside of the"
-        f" body{mend}"
+        f"{text}; give each point of the running surface once, in the order along the profile, without the inside of"
+        f" the body{mend}"
     )
 
 
@@ -789,20 +788,21 @@ def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
     remarks = []
     for gap in np.flatnonzero((chord > largest_gap_mm) & _is_out_of_reach(points, kind)):
         remarks.append(
-            f"a gap of {chord[gap]:.2f} mm after {_format_point(points[gap])}, out of reach of a contact: a "
-            "straight piece"
+            f"a gap of {chord[gap]:.2f} mm after {_format_point(points[gap])}, where no contact is possible: filled by"
+            " a straight segment"
         )
         chord[gap] = 0.0
     widest = int(chord.argmax())
     if chord[widest] > largest_gap_mm:
         raise InputError(
-            f"{name}: a gap of {chord[widest]:.2f} mm after {_format_point(points[widest])}, where points are usually "
-            f"{typical:.2g} mm apart; allowed: {largest_gap_mm:.3g} mm; add points there or cut the file at the gap"
+            f"{name}: a gap of {chord[widest]:.2f} mm after {_format_point(points[widest])}, where the usual spacing"
+            " is "
+            f"{typical:.2g} mm; allowed: at most {largest_gap_mm:.3g} mm; add points there or cut the file at the gap"
         )
     if chord[widest] > 2.0:
         remarks.append(
-            f"points are up to {chord[widest]:.2g} mm apart, at {_format_point(points[widest])}: a smaller feature "
-            "is not seen"
+            f"points are up to {chord[widest]:.2g} mm apart, at {_format_point(points[widest])}: smaller features are"
+            " missed"
         )
     return remarks
 
@@ -836,7 +836,7 @@ def _is_out_of_reach(points: Floats, kind: ProfileKind) -> NDArray[np.bool_]:
 def _describe_assumptions(kind: ProfileKind) -> list[str]:
     across = "y positive to the field side" + (" and 0 at the tape circle" if kind == "wheel" else "")
     canted = ", not canted" if kind == "rail" else ""
-    return [f"taken as: mm, {across}, z up{canted}"]
+    return [f"assumed: mm, {across}, z up{canted}"]
 
 
 # A new head that is canted outwards by 1:40 is lower near its field side by slightly more.
@@ -885,8 +885,8 @@ def _describe_noise(points: Floats) -> str:
     spacing = measure_spacing_mm(points)
     noise = SPLINE_NOISE * scatter / spacing**2
     return (
-        f"{len(points)} points about {spacing:.2g} mm apart, scatter about {scatter:.1g} mm: "
-        f"curvature uncertain by about {noise:.1g} /mm (a radius of 300 mm has {1 / 300:.1g} /mm)"
+        f"{len(points)} points about {spacing:.2g} mm apart with a noise of about {scatter:.1g} mm: "
+        f"curvature uncertain by about {noise:.1g} 1/mm (a radius of 300 mm has {1 / 300:.1g} 1/mm)"
     )
 
 

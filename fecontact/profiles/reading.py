@@ -38,55 +38,57 @@ class Reading:
     """
 
     units: str | None = choice_field(
-        None, "Unit of the points in a file", tuple(MM_PER_UNIT), label="units of the profile file"
+        None, "Unit of the points in the file", tuple(MM_PER_UNIT), label="unit of the profile file"
     )
     mirror: bool | None = flag_field(
-        "Turn the line over, left to right: the file has the other side of the track; no says that it is not so",
+        "Mirror the profile left to right, for a file of the other side of the track; no confirms that it is not"
+        " mirrored",
         default=None,
         alone=False,
     )
     columns: str | None = text_field(
         None,
-        "Columns of y and z in a file of points, with a minus sign where the sign is to be turned",
-        "two numbers such as 2,3 or 1,-2, counted from 1, or two names of the header such as y,-z",
+        "Columns of y and z in a file of points; a minus sign reverses the sign of a column",
+        "two column numbers from 1, such as 2,3 or 1,-2, or two names of the header, such as y,-z",
     )
     tape_circle_mm: float | None = number_field(
         None,
-        "y at which the file has the tape circle of a wheel, such as 70 where y counts from the back of the flange",
+        "y of the file at the tape circle of a wheel, such as 70 if y counts from the back of the flange",
         low=-1000.0,
         high=1000.0,
-        remedy="70 from the back of the flange is usual",
+        remedy="70 mm from the back of the flange is usual",
     )
     tape_circle_z_mm: float | None = number_field(
         None,
-        "z of the file at which a wheel has its rolling radius; not given, the line must pass the tape circle at z = 0",
+        "z of the file at the rolling radius of a wheel; if not given, the profile must have z = 0 at the tape circle",
         label="height of the tape circle",
         low=-1000.0,
         high=1000.0,
-        remedy="the height of the line at the tape circle, or 0 for the z = 0 of the file",
+        remedy="give the height of the profile at the tape circle, or 0 if the rolling radius belongs to z = 0",
     )
     filter_mm: float | None = number_field(
         None,
-        "Wave length along the line of which smoothing leaves half; 0 takes points as exact; from the points if not"
-        " given",
+        "Wavelength along the profile that smoothing halves; 0 uses the points as exact; if not given, it is chosen"
+        " from"
+        " the points",
         label="filter length",
         high=1000.0,
-        remedy="4 to 8 mm are usual; 0 puts a spline through the points",
+        remedy="4 to 8 mm is usual; 0 puts a spline through the points",
     )
     noise_mm: float | None = number_field(
         None,
-        "Scatter of the points across the line, one standard deviation; estimated from the points if not given",
+        "Standard deviation of the points across the profile; if not given, it is estimated from the points",
         high=1.0,
         inclusive=False,
         remedy="measured profiles have 0.002 to 0.05 mm",
     )
     nominal: str = text_field(
         "auto",
-        "Profile from which a measured line is smoothed as its deviation",
-        "auto for the nearest of the library where it is certain, none, or a name of the library",
+        "Profile from which the deviation of the measured points is smoothed",
+        "auto for the nearest library profile if it is certain, none, or a name of the library",
         label="nominal profile",
     )
-    repair: bool = flag_field("Leave out what is wrong in a file of points, and say what was left out", alone=False)
+    repair: bool = flag_field("Leave out wrong points of the file, and list them", alone=False)
 
 
 DEFAULT_READING = Reading()

@@ -259,14 +259,14 @@ def _check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequ
         observations = [f"the head is {drop_mm:.1f} mm lower on its field side than on its gauge side"] * (
             drop_mm > 0.0
         )
-        observations += [f"{best_match.name} lies on it turned by {1e3 * turn:+.1f} mrad"] if best_match else []
-        observations += [f"its field side has lost {lost_mm:.1f} mm more than its gauge side"] * (
+        observations += [f"{best_match.name} fits it with a rotation of {1e3 * turn:+.1f} mrad"] if best_match else []
+        observations += [f"its field side is worn {lost_mm:.1f} mm more than its gauge side"] * (
             lost_mm > _SIDE_LOSS_MM
         )
-        observation_text = f"{', and '.join(observations)}: it may be worn or canted and mirrored"
+        observation_text = f"{', and '.join(observations)}, so the profile may be mirrored"
         if reading.mirror is None:
             raise InputError(
-                f"{file_points.name}: {observation_text}; a head wears and is canted to its gauge side, y < 0;"
+                f"{file_points.name}: {observation_text}: wear and cant are on the gauge side, y < 0;"
                 f" {suggest_mirroring(file_points.kind, mirrored=False)} if it is mirrored, or "
                 f"{suggest_unmirrored(file_points.kind)} if it is not"
             )
@@ -351,8 +351,8 @@ def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequen
         requested = [_smooth_deviation(match, file_points.points, smooth) for match in matches]
         if not requested or requested[0] is None:
             raise InputError(
-                f"{file_points.name}: the points do not lie over {reading.nominal} within {_LARGEST_DISTANCE_MM:g} mm,"
-                " or reach beyond its ends; give another nominal profile, or none"
+                f"{file_points.name}: the points deviate from {reading.nominal} by more than {_LARGEST_DISTANCE_MM:g}"
+                " mm, or extend beyond its ends; give a different nominal profile, or none"
             )
         return requested[0][0]
     near_matches = [match for match in matches if match.farthest_mm < _LARGEST_WEAR_MM]
@@ -427,15 +427,15 @@ def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]
     remarks = []
     if load_library_profile(measured.nominal).junctions:
         remarks.append(
-            f"where the curvature of {measured.nominal} jumps, the curvature of the {kind} is taken to jump too:"
-            f" --{kind}-nominal none takes the points alone"
+            f"at the curvature jumps of {measured.nominal} the curvature of the {kind} is assumed to jump too;"
+            f" --{kind}-nominal none uses the points alone"
         )
     turn_rad = measured.held.registration.turn_rad
     near_cants = [cant for cant in _USUAL_CANT if abs(abs(turn_rad) * cant - 1.0) < _CANT_TOLERANCE]
     if kind == "rail" and near_cants:
         remarks.append(
-            f"{measured.nominal} lies on the points turned by {1e3 * turn_rad:+.1f} mrad, near 1:{near_cants[0]}:"
-            f" is the rail canted in the file already? Then give --inclination none"
+            f"{measured.nominal} fits the points with a rotation of {1e3 * turn_rad:+.1f} mrad, near 1:{near_cants[0]};"
+            f" if the rail in the file is canted already, give --inclination none"
         )
     return remarks
 
@@ -443,9 +443,9 @@ def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]
 def _describe_omissions(file_points: ProfilePoints, measured: SmoothingResult, crowded: int) -> list[str]:
     """Describe the number of points that the smoothing ignores, with the reasons."""
     beyond_ends = len(file_points.points) - crowded - len(measured.points)
-    reasons = [f"{crowded} that nearly repeat the one before"] * (crowded > 0)
+    reasons = [f"{crowded} too close to the previous point"] * (crowded > 0)
     reasons += [f"{beyond_ends} beyond the ends of {measured.nominal}"] * (beyond_ends > 0)
-    return [f"of {format_count(len(file_points.points), 'point')} left out: {', '.join(reasons)}"] if reasons else []
+    return [f"left out of {format_count(len(file_points.points), 'point')}: {', '.join(reasons)}"] if reasons else []
 
 
 def _describe_smoothing(measured: SmoothingResult, reading: Reading) -> str:
@@ -465,18 +465,16 @@ def _describe_smoothing(measured: SmoothingResult, reading: Reading) -> str:
     """
     # across the profile: along it, the points were only moved to their positions on the nominal profile
     largest = float(np.abs((measured.held.values * measured.held.normals).sum(axis=1)).max())
-    subject = (
-        f"its deviation from {measured.nominal} (at most {largest:.2g} mm across it)"
-        if measured.nominal
-        else "the line"
-    )
-    reason = "as given" if reading.filter_mm is not None else "from the scatter of the points"
+    subject = f"its deviation from {measured.nominal} (at most {largest:.2g} mm)" if measured.nominal else "the profile"
+    reason = "as given" if reading.filter_mm is not None else "chosen from the noise"
     if not measured.nominal and reading.filter_mm is None and measured.filter_mm == PRACTICE_MM[0]:
-        reason = "the least that is usual"
+        reason = "the shortest usual length"
     if measured.held.relative_filter is not None:
-        reason = f"from the noise of the points; {PRACTICE_MM[0]:g} mm and more where the line bends"
+        reason = f"chosen from the noise; down to {PRACTICE_MM[0]:g} mm where the profile is curved"
     middle = float(np.median(measured.curvature_noise_per_mm))
     return (
-        f"smoothed from {len(measured.points)} points that scatter by {1e3 * measured.noise_mm:.2g} um: {subject}, "
-        f"over waves of {measured.filter_mm:.3g} mm ({reason}); curvature uncertain by {middle:.1g} /mm from that"
+        f"smoothed from {len(measured.points)} points with a noise of {1e3 * measured.noise_mm:.2g} um: {subject}, "
+        f"filter length {measured.filter_mm:.3g} mm ({reason}); this noise makes the curvature uncertain by"
+        f" {middle:.1g}"
+        " 1/mm"
     )

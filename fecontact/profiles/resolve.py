@@ -49,10 +49,10 @@ class WrongKindError(InputError):
 
 # Unicode categories of control characters, format characters, and separators of lines and paragraphs.
 _HIDDEN_CATEGORIES = ("Cc", "Cf", "Zl", "Zp")
-_NO_RADIUS = " has no number after the colon; give a radius in mm, as in {}"
+_NO_RADIUS = " has no number after the colon; give a radius in mm, such as {}"
 _NO_ARCS = (
-    ": give the radii on the field and on the gauge side and the junction's distance from the crown in mm, as in"
-    " arcs:300/80@2.5; a head of more radii is a file with [head], as fecontact/profiles/data/A75.toml is"
+    ": give the radii on the field side and on the gauge side, and the distance of the junction from the crown, in mm,"
+    " such as arcs:300/80@2.5; for more radii give a file with [head], such as fecontact/profiles/data/A75.toml"
 )
 
 
@@ -105,7 +105,7 @@ def resolve_rail(spec: str, reading: Reading = DEFAULT_READING) -> Profile:
     if spec.lower().startswith(ARCS_PREFIX):
         return make_two_arc_rail_head(*_parse_numbers(spec, r"arcs:([^/@]+)/([^/@]+)@([^/@]+)", _NO_ARCS))
     if spec.lower().startswith(CYLINDER_PREFIX):
-        raise InputError(f"{spec!r} is a wheel; a rail may be circle:R or arcs:R/R@D")
+        raise InputError(f"{spec!r} is a wheel, but a rail is needed; give a rail, such as circle:R or arcs:R/R@D")
     return _resolve(spec, "rail", reading)
 
 
@@ -140,7 +140,7 @@ def resolve_wheel(spec: str, reading: Reading = DEFAULT_READING) -> WheelProfile
         check_positive("radius of the wheel", radius, "mm", "for example cylinder:460")
         return WheelProfile(profile=make_cylinder_wheel(), rolling_radius_mm=radius)
     if has_no_gauge_face(spec):
-        raise InputError(f"{spec!r} is a rail; a wheel may be cylinder:R")
+        raise InputError(f"{spec!r} is a rail, but a wheel is needed; give a wheel, such as cylinder:R")
     return WheelProfile(profile=_resolve(spec, "wheel", reading))
 
 
@@ -167,7 +167,7 @@ def radius_note(spec: str, radius_mm: float) -> str:
     header_mm = radius_of_file_mm(spec)
     if header_mm is None or abs(header_mm - radius_mm) <= _RADIUS_TOLERANCE_MM:
         return ""
-    return f"the rolling radius is {radius_mm:g} mm as given, but {header_mm:g} mm in the header of {Path(spec).name}"
+    return f"the given rolling radius is {radius_mm:g} mm, but {header_mm:g} mm in the header of {Path(spec).name}"
 
 
 # Options that a profile of exact segments uses. It has no points to scale, select or smooth.
@@ -225,7 +225,7 @@ def refuse_unused_reading(kind: ProfileKind, specs: Iterable[str], reading: Read
         ):
             exact = "a TOML file of exact segments" if specs[0].lower().endswith(".toml") else "an exact profile"
             raise InputError(
-                f"{name} of the {kind} file is {value!r}, but {specs[0]!r} is {exact}, which has no use for it; leave"
+                f"{name} of the {kind} file is {value!r}, but {specs[0]!r} is {exact}, which does not use it; leave"
                 f" out --{kind}-{name.replace('_', '-')} ({name} in [{kind}_file]), or give the {kind} as a file of"
                 " points"
             )
@@ -303,7 +303,7 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
     """
     path = Path(spec)
     if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
-        raise InputError(f"{spec!r}: its name has signs that are not shown, such as a line's end; rename the file")
+        raise InputError(f"{spec!r}: its name has invisible characters, such as a line break; rename the file")
     content = find_reader(path)(path, kind, reading)
     _check_kind(content, spec, kind)
     return content
@@ -334,8 +334,8 @@ def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) 
     """
     if content.kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {content.kind} but a {kind} is wanted; give it as the {content.kind} (--{content.kind}, "
-            f"or --kind {content.kind}), or as the {kind} one of {', '.join(list_names(kind))}"
+            f"{spec!r} is a {content.kind}, but a {kind} is needed; give it as the {content.kind} (--{content.kind}, "
+            f"or --kind {content.kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
         )
 
 
@@ -371,5 +371,7 @@ def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     if find_reader(path) is not DEFAULT_READER or os.path.exists(spec):  # in contrast to Path.exists, it never raises
         return _read_file(spec, kind, reading)
     if can_be_file(spec):
-        raise InputError(f"there is no file {spec!r}; check the path, or give one of {', '.join(list_names(kind))}")
+        raise InputError(
+            f"there is no file {spec!r}; check the path, or give a name of the library: {', '.join(list_names(kind))}"
+        )
     return load_library_profile(find_library_name(spec, kind))

@@ -95,8 +95,9 @@ def scale_deviation(profile: Profile, factor: float) -> Profile:
     """
     if profile.measured is None or not profile.measured.nominal:
         raise InputError(
-            f"{profile.name} is not known by its deviation from a nominal profile; give a file of measured points, and"
-            " the name of the nominal where it is not recognised"
+            f"{profile.name} has no deviation from a nominal profile; give a file of measured points, and the name of"
+            " the"
+            " nominal profile if it is not recognised"
         )
     segments = []
     for segment in profile.segments:

@@ -282,7 +282,7 @@ def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
     path = file_of(tmp_path, ["60E1", str(rail)], files='["S1002"]', values="[0]", weights="[1]")
     path.write_text(path.read_text().replace("values = [60, 100]", "values = [60]"))
     assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--quiet"]) == 0
-    said = "MiniProf file: X grows to the centre of the track: y is -X"
+    said = "MiniProf file: X points to the track centre, so y = -X"
     profiles = duckdb.sql(f"select name, reader_notes from '{tmp_path}/out/profiles.parquet'").fetchall()
     notes = {name: text.splitlines() for name, text in profiles}
     assert notes["rail_left_iter288"][0] == said
@@ -329,10 +329,10 @@ def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_o
     path.write_text(text)
     outcome = run(path, tmp_path / "out")
     assert cases == {359.5962, 425.0, 460.0}
-    assert [note for note in outcome.notes["wheel b"] if "mm as given" in note] == [
-        "the rolling radius is 425 mm as given, but 359.596 mm in the header of b.whl"
+    assert [note for note in outcome.notes["wheel b"] if "given rolling radius" in note] == [
+        "the given rolling radius is 425 mm, but 359.596 mm in the header of b.whl"
     ]
-    assert not [note for note in outcome.notes["wheel a"] if "mm as given" in note]
+    assert not [note for note in outcome.notes["wheel a"] if "given rolling radius" in note]
     assert [note for note in outcome.notes["wheel a"] if "gives the rolling radius 359.596 mm" in note]
     stored = duckdb.sql(f"select name, rolling_radius_mm from '{tmp_path}/out/profiles.parquet' where body = 'wheel'")
     assert dict(stored.fetchall())["a"] == 359.5962
@@ -341,7 +341,7 @@ def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_o
     path.write_text(f"{text}[case]\nrolling_radius_mm = 440\n")
     outcome = run(path, tmp_path / "given")
     assert cases == {440.0, 425.0}
-    assert any("is 440 mm as given, but 359.596 mm" in note for note in outcome.notes["wheel a"])
+    assert any("is 440 mm, but 359.596 mm" in note for note in outcome.notes["wheel a"])
 
 
 def test_few_wheels_meet_few_rails_at_a_time():

@@ -550,7 +550,7 @@ def test_what_is_not_usual_and_what_it_takes_are_said_before_it_begins(tmp_path,
     monkeypatch.setattr("fecontact.runs.map_run.run_map", begun)
     assert call(["map", "--shifts", "0", "--loads-kn", "50,1e5", "--out", str(tmp_path / "out")]) == 2
     note, cost, error = capsys.readouterr().err.splitlines()
-    assert note.startswith("note: load is 100000 kN; usual are 1 to 1000")
+    assert note.startswith("note: load is 100000 kN; usual: 1 to 1000")
     assert cost.startswith("2 cells: ")
     assert error == "error: begun"
 

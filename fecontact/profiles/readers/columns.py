@@ -145,7 +145,8 @@ def file_bytes(path: Path) -> bytes:
             raise InputError(f"cannot read {shorten_text(path)}: it is a device or a pipe; give the path of a file")
         if size > _LARGEST_FILE_BYTES:
             raise InputError(
-                f"{path} has {size / 1e6:.0f} MB; allowed: {_LARGEST_FILE_BYTES / 1e6:.0f} MB; it is no profile"
+                f"{path} has {size / 1e6:.0f} MB; allowed: at most {_LARGEST_FILE_BYTES / 1e6:.0f} MB; give a file of"
+                " profile points"
             )
         return path.read_bytes()
     except (OSError, ValueError) as error:
@@ -174,7 +175,9 @@ def read_text(path: Path) -> str:
     """
     content = file_bytes(path)
     if b"\0" in content:
-        raise InputError(f"{path} is not plain text (a table file or UTF-16?); save it as text of two columns")
+        raise InputError(
+            f"{path} is not plain text (perhaps a spreadsheet or UTF-16); save it as text with two columns"
+        )
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -218,21 +221,23 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
     if source.reading.columns is None and _are_pairs_with_commas(lines):
         lines, has_commas = [(number, _PAIR_WITH_COMMAS.sub(r"\1;\2", line)) for number, line in lines], True
     header, data_lines = _separate_header(lines, comma=has_commas)
-    notes = ["decimal commas"] if has_commas else []
+    notes = ["decimal commas recognised"] if has_commas else []
     if len(header) > 1:
-        notes.append(f"{len(header)} lines of header left out")
+        notes.append(f"{len(header)} header lines left out")
     names = names or (header[-1] if header else "")
     if data_lines and (count := _read_point_count(data_lines, comma=has_commas)):
         data_lines = data_lines[1:]
         notes.append(f"the first line, {count}, is the number of points")
     if not data_lines:
-        raise InputError(f"{source.what}: no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm")
+        raise InputError(
+            f"{source.what} has no numbers; the file needs at least {FEWEST_POINTS} lines of y and z in mm"
+        )
     rows = [_split_fields(line, comma=has_commas) for _, line in data_lines]
     width = len(rows[0])
     chosen, signs = _choose_columns(data_lines[0], rows, names, source, unnamed=unnamed)
     if width > 2 and source.reading.columns is None:
         notes.append(
-            f"of {width} columns those named {_name_column(names, chosen[0])} and {_name_column(names, chosen[1])}"
+            f"of {width} columns, {_name_column(names, chosen[0])} and {_name_column(names, chosen[1])} are used"
         )
     values, remarks = [], []
     for (number, line), fields in zip(data_lines, rows, strict=True):
@@ -246,18 +251,18 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
         elif len(fields) != width:
             raise InputError(
                 f"{where}: {format_count(len(fields), 'column')} instead of {width} in {line[:_LETTERS_SHOWN]!r}; "
-                "make all lines alike, and start comments with #"
+                "give all lines the same number of columns, and start comments with #"
             )
         values.append(_parse_pair([fields[column] for column in chosen], where, line, comma=has_commas))
     if remarks:
         notes.append(
-            f"what is written behind the numbers of line {remarks[0]} left out"
-            + (f", and of {len(remarks) - 1} more" if len(remarks) > 1 else "")
+            f"text after the numbers left out in line {remarks[0]}"
+            + (f" and {len(remarks) - 1} more" if len(remarks) > 1 else "")
         )
     unit = source.reading.units or _read_column_unit(names, chosen)
     if unit not in (None, "mm", source.reading.units):
         notes.append(f"unit {unit} from the header")
-    notes += [f"the sign of {axis} is turned" for axis, sign in zip("yz", signs, strict=True) if sign < 0]
+    notes += [f"the sign of {axis} is reversed" for axis, sign in zip("yz", signs, strict=True) if sign < 0]
     y, z = (np.array(values) * signs).T
     flipped = [f"{'-' if sign < 0 else ''}{k + 1}" for k, sign in zip(chosen, (signs[0], -signs[1]), strict=True)]
     return ColumnTable(y=y, z=z, unit=unit, notes=tuple(notes), columns=",".join(flipped))
@@ -349,7 +354,7 @@ def _read_point_count(rest: list[tuple[int, str]], *, comma: bool) -> int:
 
 def _name_column(names: str, column: int) -> str:
     titles = _split_titles(names)
-    return repr(titles[column]) if column < len(titles) else f"number {column + 1}"
+    return repr(titles[column]) if column < len(titles) else f"column {column + 1}"
 
 
 def _split_titles(names: str) -> list[str]:
@@ -401,7 +406,7 @@ def _choose_columns(
         ]
         if len(columns) != 2 or columns[0] == columns[1] or not all(0 <= column < count for column in columns):
             raise InputError(
-                f"{source.what}: columns {shorten_text(reading.columns)!r} are not two of the "
+                f"{source.what}: columns {shorten_text(reading.columns)!r} do not select two of the "
                 f"{format_count(count, 'column')}"
                 f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
                 f" --{source.kind}-columns 1,2"
@@ -414,10 +419,12 @@ def _choose_columns(
     if unnamed and count > 2:
         return (0, 1), (1.0, 1.0)
     number, line = first
-    comma_text = "; decimal commas between commas: write points" if "," in line and "." not in line else ""
+    comma_text = (
+        "; commas separate columns and decimals: write decimal points" if "," in line and "." not in line else ""
+    )
     raise InputError(
         f"{source.what}, line {number}: {format_count(count, 'column')} instead of 2 in {line[:_LETTERS_SHOWN]!r}; "
-        f"say which are y and z: {source.remedy('columns', _guess_columns(rows))}{comma_text}"
+        f"state which columns are y and z: {source.remedy('columns', _guess_columns(rows))}{comma_text}"
     )
 
 
@@ -457,9 +464,9 @@ def _parse_pair(fields: list[str], where: str, line: str, *, comma: bool) -> lis
     """
     pair = [value for field in fields if (value := _parse_number(field, comma=comma)) is not None]
     if len(pair) < 2:
-        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} is not two numbers; start comments with #")
+        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} does not have two numbers; start comments with #")
     if not np.isfinite(sum(pair)):
-        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} is not finite; remove the line")
+        raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} has a number that is not finite; remove the line")
     return pair
 
 
@@ -497,12 +504,12 @@ def convert_to_mm(
         Points (n, 2) in mm, and notes.
     """
     reading, factor = source.reading, MM_PER_UNIT[unit or "mm"]
-    notes = [] if factor == 1.0 else [f"turned from {unit} into mm"]
+    notes = [] if factor == 1.0 else [f"converted from {unit} to mm"]
     tape_circle_mm = reading.tape_circle_mm or 0.0
     if tape_circle_mm:
-        notes.append(f"the tape circle at y = {tape_circle_mm:g} mm of the file is y = 0")
+        notes.append(f"y is measured from the tape circle, which is at y = {tape_circle_mm:g} mm of the file")
     if reading.mirror:
-        notes.append("as the file has it: not mirrored" if mirror else "mirrored: the sign of y is turned")
+        notes.append("not mirrored: y keeps its sign" if mirror else "mirrored: the sign of y is reversed")
     # far beyond the largest allowed coordinate, but finite after a multiplication
     largest = 1e12 * LARGEST_COORDINATE_MM
     points = np.clip(np.column_stack((y, z)), -largest, largest) * factor - (tape_circle_mm, 0.0)
@@ -588,9 +595,7 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
     if (columns := keys.get("columndef")) is not None:
         column_names = [name.strip().lower() for name in columns.split(",")]
         if "x" not in column_names or "y" not in column_names or len(set(column_names)) != len(column_names):
-            raise InputError(
-                f"{path}: ColumnDef = {columns[:60]!r}; it has to name the columns X and Y, such as X,Y,A,C"
-            )
+            raise InputError(f"{path}: ColumnDef = {columns[:60]!r}; it must name the columns X and Y, such as X,Y,A,C")
         # X is y here, and Y is z until its sign is determined; unnamed columns are the last ones
         names = ",".join({"x": "y", "y": "z"}.get(name, f"_{name}") for name in column_names if name != "*")
         if "*" in column_names:
@@ -605,7 +610,7 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
         check_size(*points.T, kind=source.kind, label=str(path), unit=reading.units or "mm")
     points, direction_notes = _turn_upwards(points, source)
     points, tape_circle_notes = _shift_to_tape_circle(points, keys, source)
-    across = "X grows to the centre of the track: y is -X" if source.kind == "rail" else "X taken as y"
+    across = "X points to the track centre, so y = -X" if source.kind == "rail" else "y = X"
     remarks = (
         f"MiniProf file: {across}",
         *table.notes,
@@ -647,8 +652,8 @@ def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[st
         tread = float(np.median(z))
         is_downwards = float(z.max()) - tread > max(10.0, tread - float(z.min()))
     if is_downwards:
-        return points * (1.0, -1.0), ["its Y grows into the body: z is -Y"]
-    return points, ["its Y grows upwards: z is Y"]
+        return points * (1.0, -1.0), ["Y points into the body, so z = -Y"]
+    return points, ["Y points upwards, so z = Y"]
 
 
 def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSource) -> tuple[Floats, list[str]]:
@@ -681,12 +686,13 @@ def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSo
     if not _ALLOWED_TAPE_CIRCLE_MM[0] <= tape_circle_mm <= _ALLOWED_TAPE_CIRCLE_MM[1]:
         usual = -70.0 if source.reading.mirror else 70.0
         raise InputError(
-            f"{source.what}: the tip of the flange lies at X = {tip:.1f} mm, so X begins at the back of the flange, and"
-            f" the header does not say where the tape circle is; {source.remedy('tape_circle_mm', usual)} for the usual"
-            " 70 mm from there"
+            f"{source.what}: the tip of the flange is at X = {tip:.1f} mm, so X begins at the back of the flange, but"
+            f" the header does not give the tape circle; {source.remedy('tape_circle_mm', usual)} for the usual"
+            " 70 mm from the back"
         )
     remark = (
-        f"X from the back of the flange: the tape circle at WheelDiameterTaperline = {tape_circle_mm:g} mm is y = 0"
+        "X begins at the back of the flange: y is measured from the tape circle, which is at WheelDiameterTaperline ="
+        f" {tape_circle_mm:g} mm"
     )
     return points - (tape_circle_mm, 0.0), [remark]
 
@@ -710,8 +716,8 @@ def _describe_diameter(keys: dict[str, str], source: ColumnSource) -> list[str]:
     if source.kind == "rail" or diameter <= 0.0:
         return []
     return [
-        f"DiameterTaperline = {diameter:g} mm of the header gives the rolling radius {0.5 * diameter:g} mm, which"
-        " counts unless another one is given"
+        f"DiameterTaperline = {diameter:g} mm of the header gives the rolling radius {0.5 * diameter:g} mm, unless you"
+        " give a different radius"
     ]
 
 
@@ -795,7 +801,7 @@ def _read_header_unit(keys: dict[str, str], source: ColumnSource) -> str | None:
     if unit in MM_PER_UNIT or unit in ("", "metric"):
         return unit if unit in MM_PER_UNIT else None
     raise InputError(
-        f"{source.what}: the header says Units = {unit[:40]!r}; known are {', '.join(MM_PER_UNIT)}:"
+        f"{source.what}: the header has Units = {unit[:40]!r}; allowed: {', '.join(MM_PER_UNIT)};"
         f" {source.remedy('units', 'mm')}"
     )
 
@@ -821,7 +827,7 @@ def _add_offsets(y: Floats, z: Floats, keys: dict[str, str], source: ColumnSourc
     values = {key: value for key in known_keys if (value := _read_header_value(keys.get(key, ""), key, source)) != 0.0}
     along, up = (sum(values.get(key, 0.0) for key in axis_keys) for axis_keys in _OFFSET_KEYS)
     notes = [
-        f"{key.upper()} = {value:g} of the header {'not applied' if key in _ALIGNMENT_KEYS else 'added'}"
+        f"{key.upper()} = {value:g} of the header is {'not applied' if key in _ALIGNMENT_KEYS else 'added'}"
         for key, value in values.items()
     ]
     return y + along, z + up, notes
@@ -839,7 +845,8 @@ def _read_header_value(text: str, key: str, source: ColumnSource) -> float:
     value = _parse_number(text or "0")
     if value is None or not abs(value) <= 1e6:
         raise InputError(
-            f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6"
+            f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6; correct"
+            " it"
         )
     return value
 
@@ -902,7 +909,9 @@ class _SimpackKeys:
         text, line = self.values[key]
         value = _parse_number(text)
         if value is None or not abs(value) <= 1e9:
-            raise InputError(f"{self.label}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9")
+            raise InputError(
+                f"{self.label}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9; correct it"
+            )
         return value
 
     def flag(self, key: str) -> bool:
@@ -926,7 +935,7 @@ class _SimpackKeys:
         value = self.number(key, 0.0)
         if value not in (0.0, 1.0):
             line = self.values[key][1]
-            raise InputError(f"{self.label}, line {line}: {key} = {value:g}; allowed: 0 and 1")
+            raise InputError(f"{self.label}, line {line}: {key} = {value:g}; allowed: 0 or 1; correct it")
         return value == 1.0
 
 
@@ -975,26 +984,27 @@ def read_simpack(path: Path, reading: Reading) -> ProfilePoints:
     kind: ProfileKind = "wheel" if keys.flag("type@header") else "rail"
     if reading.columns not in (None, "1,2", "1,-2"):
         raise InputError(
-            f"{label}: a SIMPACK file says itself what its columns are; leave out columns, or give 1,-2 to turn the "
-            "sign of z"
+            f"{label}: a SIMPACK file defines its columns; leave out the option columns, or give 1,-2 to reverse the"
+            " sign"
+            " of z"
         )
     table, notes = _process_points(keys, rows)
     is_sign_kept = reading.columns == "1,-2"
     factor = keys.number("units.len.f", 1000.0)
     if not _ALLOWED_LENGTH_FACTORS[0] <= factor <= _ALLOWED_LENGTH_FACTORS[1]:
         raise InputError(
-            f"{label}, line {keys.values['units.len.f'][1]}: units.len.f = {factor:g}; the number of length units in a"
-            " metre: 1000 for mm, 1 for m"
+            f"{label}, line {keys.values['units.len.f'][1]}: units.len.f = {factor:g}; give the number of length units"
+            " per metre: 1000 for mm, 1 for m"
         )
     if reading.units is None:
         table = table * (1000.0 / factor) if factor != 1000.0 else table
-        notes += [] if factor == 1000.0 else [f"turned into mm: the file has {factor:g} units in a metre"]
+        notes += [] if factor == 1000.0 else [f"converted to mm: the file has {factor:g} length units per metre"]
     source = ColumnSource(what=label, kind=kind, reading=reading)
     points, conversion_notes = convert_to_mm(
         table[:, 0], table[:, 1] if is_sign_kept else -table[:, 1], reading.units, source
     )
     remarks = (
-        f"SIMPACK file: {'the sign of z as it is' if is_sign_kept else 'z turned up'}",
+        f"SIMPACK file: {'z keeps its sign' if is_sign_kept else 'the sign of z is reversed, so z points up'}",
         *notes,
         *conversion_notes,
     )
@@ -1043,16 +1053,23 @@ def _parse_simpack(text: str, label: str) -> tuple[_SimpackKeys, list[tuple[floa
             # both blocks have a key `type`, for the profile and for the original data
             key = f"type@{block}" if match[1] == "type" else match[1]
             if key in values:
-                raise InputError(f"{label}, line {number}: {match[1]} is there twice, in line {values[key][1]} as well")
+                raise InputError(
+                    f"{label}, line {number}: {match[1]} is given twice, first in line {values[key][1]}; remove one of"
+                    " the lines"
+                )
             if key.partition("@")[0] not in _KNOWN_KEYS:
-                raise InputError(f"{label}, line {number}: {match[1][:60]} is no key of this format that is known here")
+                raise InputError(
+                    f"{label}, line {number}: {match[1][:60]} is not a supported key of a SIMPACK file; remove it"
+                )
             values[key] = match[2], number
         else:
-            raise InputError(f"{label}, line {number}: {line[:60]!r} is neither a key nor a block of a SIMPACK file")
+            raise InputError(
+                f"{label}, line {number}: {line[:60]!r} is neither a key nor a block of a SIMPACK file; remove the line"
+            )
     if is_inside or not has_ended:
-        raise InputError(f"{label}: the points do not stand between point.begin and point.end; the file may be cut off")
+        raise InputError(f"{label}: the points are not between point.begin and point.end; the file may be truncated")
     if "type@header" not in values:
-        raise InputError(f"{label}: the header has no type (0 for a rail, 1 for a wheel); the file may be damaged")
+        raise InputError(f"{label}: the header has no type; add type = 0 for a rail or type = 1 for a wheel")
     return _SimpackKeys(label=label, values=values), [_parse_row(label, *row) for row in rows]
 
 
@@ -1085,26 +1102,26 @@ def _process_points(keys: _SimpackKeys, rows: list[tuple[float, float]]) -> tupl
     angle = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
     if any(shift):
         table = table + np.array(shift)
-        notes.append(f"shifted by ({shift[0]:g}, {shift[1]:g}) as the file says")
+        notes.append(f"shifted by ({shift[0]:g}, {shift[1]:g}) as the file demands")
     if angle:
         c, s = np.cos(angle), np.sin(angle)
         table = table @ np.array([[c, s], [-s, c]])
-        notes.append(f"rotated by {1e3 * angle:g} mrad as the file says")
+        notes.append(f"rotated by {1e3 * angle:g} mrad as the file demands")
     for column, axis in enumerate("yz"):
         low, high = keys.number(f"bound.{axis}.min", 1.0), keys.number(f"bound.{axis}.max", 0.0)
         # the format expresses a missing bound by a lower bound above the upper bound
         if low < high:
             inside = (table[:, column] >= low) & (table[:, column] <= high)
-            notes.append(f"{np.count_nonzero(~inside)} points beyond {axis} = {low:g} to {high:g} left out")
+            notes.append(f"{np.count_nonzero(~inside)} points outside {axis} = {low:g} to {high:g} left out")
             table = table[inside]
     for sign, axis in (((-1.0, 1.0), "y"), ((1.0, -1.0), "z")):
         if keys.flag(f"mirror.{axis}"):
             table = table * sign
-            notes.append(f"mirrored in {axis} as the file says")
+            notes.append(f"mirrored in {axis} as the file demands")
     if keys.flag("inversion"):
         table = table[::-1]
     if keys.number("approx.smooth", 0.0):
-        notes.append("the file asks SIMPACK for smoothing (approx.smooth), which is SIMPACK's own; not applied here")
+        notes.append("approx.smooth of the file is not applied, because only SIMPACK has this smoothing")
     return table, notes
 
 
@@ -1112,4 +1129,6 @@ def _parse_row(label: str, fields: list[str], line: int) -> tuple[float, float]:
     values = [value for field in fields if (value := _parse_number(field)) is not None and np.isfinite(value)]
     if len(fields) in (2, 3) and len(values) == len(fields):
         return values[0], values[1]
-    raise InputError(f"{label}, line {line}: {' '.join(fields)[:60]!r} is not y, z and perhaps a weight as numbers")
+    raise InputError(
+        f"{label}, line {line}: {' '.join(fields)[:60]!r} must be two numbers, y and z, or three with a weight"
+    )

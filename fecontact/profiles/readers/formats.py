@@ -115,7 +115,7 @@ def parse_toml(text: str, *, name: str, reading: Reading = DEFAULT_READING) -> P
     # pydantic does not catch errors that Python itself raises for a number or a list
     except (ValueError, OverflowError, RecursionError):
         raise InputError(
-            f"profile {name}: a number is too long, or a list too deep, for a profile; numbers have 17 digits at most"
+            f"profile {name}: a number is too long, or a list is nested too deeply; give numbers of at most 17 digits"
         ) from None
 
     return _build_profile(file, name, reading)
@@ -221,7 +221,8 @@ def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Pro
         and (lower := measure_field_side_drop_mm(outline_points) or 0.0) > LARGEST_FIELD_SIDE_DROP_MM
     ):
         raise InputError(
-            f"{label}: the head is {lower:.1f} mm lower on its field side than on its gauge side, y < 0; allowed:"
+            f"{label}: the head is {lower:.1f} mm lower on its field side than on its gauge side, y < 0; allowed: at"
+            " most"
             f" {LARGEST_FIELD_SIDE_DROP_MM:g} mm; {suggest_mirroring(file.kind, mirrored=False)} if it is mirrored, or"
             f" {suggest_unmirrored(file.kind)} if it is not"
         )
@@ -323,7 +324,8 @@ def _build_polynomial(entry: schema.PolynomialEntry, label: str) -> Polynomial:
     except OverflowError:
         raise InputError(
             f"{label}: the polynomial between y = {entry.y_from:g} and {entry.y_to:g} mm with coefficients up to "
-            f"{max(map(abs, entry.coefficients)):g} exceeds the range of numbers; check their powers of ten"
+            f"{max(map(abs, entry.coefficients)):g} exceeds the range of numbers; check the exponents of the"
+            " coefficients"
         ) from None
     return polynomial
 
@@ -345,8 +347,9 @@ def _read_text_file(path: Path, kind: ProfileKind, reading: Reading) -> ProfileP
 def _refuse_slices(path: Path, kind: ProfileKind, reading: Reading) -> Profile:
     """Refuse a file of slices."""
     raise InputError(
-        f"{path}: a file of slices ({path.suffix.lower()}) is a profile that changes along the track or around the"
-        " wheel; fecontact takes a rail as a prism and a wheel as a body of revolution: give the file of one slice"
+        f"{path}: the profile of a file of slices ({path.suffix.lower()}) changes along the track or around the wheel,"
+        " but"
+        " in fecontact a rail is a prism and a wheel is round; give the file of a single slice"
     )
 
 
