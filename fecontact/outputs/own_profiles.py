@@ -27,10 +27,10 @@ _MIN_FLANGE_HEIGHT_MM = 12.0
 def pair_geometry_record(case: Case, placement: Placement) -> Record:
     """Record with the line on the geometry.
 
-    The record is empty if both profiles are from the library or given by their radii.
+    The line is None if both profiles are from the library or given by their radii.
     """
     if all(is_short_form(spec) or is_library_name(spec) for spec in case.profiles.values()):
-        return {}
+        return {"own_profiles": None}
     return {"own_profiles": pair_geometry_text(case, placement)}
 
 
@@ -60,7 +60,7 @@ def pair_geometry_text(case: Case, placement: Placement) -> str:
 
 def pair_geometry_lines(record: TableRecord) -> list[str]:
     """Lines on the geometry from a record: a list with a line, or an empty list."""
-    return [record["own_profiles"]] if "own_profiles" in record else []
+    return [record["own_profiles"]] if record.get("own_profiles") is not None else []
 
 
 def _flange_words(wheel: Profile) -> str:

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterable, Mapping
-from fnmatch import fnmatchcase
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -34,6 +33,7 @@ from fecontact.outputs.flat_records import Record, flatten, select_attributes, t
 from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.own_profiles import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
+from fecontact.outputs.records.result_schema import complete_record, declared_columns
 from fecontact.outputs.tables import TableRecord
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
@@ -47,36 +47,11 @@ from fecontact.solving.solve import CaseResult
 
 Row: TypeAlias = Record
 
-RESULT_SCHEMA = "fecontact/result/6"
+RESULT_SCHEMA = "fecontact/result/7"
 ROW_SCHEMA = "fecontact/row/3"
 DERIVED_INPUTS = ("roll_mrad",)
 """Entries of the record of a case that are not inputs: the actual roll, which is found or given."""
 _PACKAGES = ("numpy", "scipy", "scikit-fem", "gmsh", "meshio", "pyvista", "vtk", "pypardiso", "pyamg", "matplotlib")
-# Columns that a row leaves out: entries for each measure or mesh, notes on the method, and for most rungs and ladder
-# steps all measures that no table shows.
-_OMITTED_COLUMNS = (
-    *("*_each_*", "*_unknown", "*_limits_*", "*_notes", "*_overlapping", "*_solutions", "*_centre_mm", "*_patches"),
-    *(
-        "*_A_per_mm",
-        "*_B_per_mm",
-        "*_orientation_rad",
-        "uncertainty_of_profile*",
-        "uncertainty_budget_*",
-        "hertz*_verdict_cause",
-        "lobes",
-    ),
-    *("elements_hertz_deviation_*", "elements_hertz_uncertainty_*", "elements_hertz_verdict_[!am]*"),
-    *("half_space_quadratic_[!p]*", "steps_hertz_to_*", "steps_elements_to_*", "status", "slide_mm"),
-    *(f"steps_*_{name}*" for name in ("a_", "b_", "extent", "centre", "valley", "sep", "misp")),
-    *("solver_elements_*", "solver_node*", "solver_zone*", "solver_[cp]*", "von_mises_*_[xy]_mm"),
-    *("solver_force_balance", "solver_moment_balance"),
-    *("plastic_range", "plastic_path", "plastic_bodies_*_[xy]_mm", "*verdict_lines_*"),
-    *("elastic_verdict", "elastic_verdict_warnings"),
-)
-_CHEAP_THEORY_COLUMNS = (
-    *("status", "verdict_answer", "verdict_measure", "limit_used"),
-    *("p_max_MPa", "deviation_p_max_percent", "deviation_area_percent"),
-)
 
 
 def case_inputs(case: Case, placement: Placement | None = None) -> Record:
@@ -144,10 +119,11 @@ def load_record(load: JudgedLoad) -> Record:
     """
     comparison, patch = load.comparison, load.comparison.patch
     contacts: Record = {name: to_plain(measures) for name, measures in load.ladder.rungs.items()}
-    contacts["fe"] |= select_attributes(patch, "centre_x_mm centre_y_mm pieces lobes")
-    if (band := load.judgements[HERTZ].band(comparison.fe.p_max_MPa)) is not None:
-        # over the profile variants that fit the measured points, with the uncertainty of the meshes
-        contacts["fe"] |= dict(zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True))
+    # over the profile variants that fit the measured points, with the uncertainty of the meshes
+    band = load.judgements[HERTZ].band(comparison.fe.p_max_MPa) or (None, None)
+    contacts["fe"] |= select_attributes(patch, "centre_x_mm centre_y_mm pieces lobes") | dict(
+        zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True)
+    )
     contacts["elements"] |= {
         # relative to its own measures
         "uncertainty": load.elements_uncertainty,
@@ -156,22 +132,25 @@ def load_record(load: JudgedLoad) -> Record:
         "compliance_error": None if math.isnan(load.level.compliance_error) else load.level.compliance_error,
         HERTZ: select_attributes(load.by_elements, "deviation uncertainty verdict"),
     }
-    theories = {name: judgement_record(judgement) for name, judgement in load.judgements.items()}
-    theories |= {name: {"problem": problem} for name, problem in load.without.items()}
-    plastic = contacts.pop(PLASTIC_STEP.end, None)
+    theories = {
+        **{name: judgement_record(judgement) for name, judgement in load.judgements.items()},
+        **{name: {"problem": problem} for name, problem in load.without.items()},
+    }
+    plastic = contacts.get(PLASTIC_STEP.end)
     return {
         "status": load.status,
         **_verdict_records(load),
         **cheapest_columns("cheapest_theory", find_cheapest_of_load(load)),
         "normal_force_N": load.normal_force_N,
-        # the theory reads separate patches of the half-space one at a time, the rung reads them together
-        **{
-            name: measures for name, measures in contacts.items() if not _has_measures(theories.get(name, {}), measures)
+        **{name: contacts[name] for name in ("half_space_quadratic", "half_space", "elements", "fe")},
+        "theories": {
+            name: complete_record("theory", theories[name]) if name in theories else None for name in THEORIES
         },
-        "theories": {name: theories[name] for name in THEORIES if name in theories},
-        "steps": load.ladder.steps,
-        "steps_uncertainty": {BODIES_STEP.name: load.bodies_step_uncertainty}
-        | ({} if load.plastic is None else {PLASTIC_STEP.name: load.plastic.step_uncertainty}),
+        "steps": complete_record("steps", load.ladder.steps),
+        "steps_uncertainty": {
+            BODIES_STEP.name: load.bodies_step_uncertainty,
+            PLASTIC_STEP.name: None if load.plastic is None else load.plastic.step_uncertainty,
+        },
         # contribution of the measured profiles to the uncertainty, which no mesh removes; None for exact profiles
         "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
         # contributions to the uncertainties of the requested verdict
@@ -183,11 +162,10 @@ def load_record(load: JudgedLoad) -> Record:
         "slide_mm": load.level.slide_mm,
         # a single lobe is the complete contact
         "lobes": [lobe_record(lobe) for lobe in load.lobes] if len(load.lobes) > 1 else [],
-        **({} if load.plastic is None or plastic is None else {"plastic": plastic | _plastic_record(load.plastic)}),
+        "plastic": None if load.plastic is None or plastic is None else plastic | _plastic_record(load.plastic),
         **{
-            name: telling.record(load.features[name])
+            name: telling.record(load.features[name]) if name in load.features else None
             for name, telling in load_offers("TELLINGS").items()
-            if name in load.features
         },
         "solver": _solver_record(load),
     }
@@ -212,13 +190,10 @@ def _verdict_records(load: JudgedLoad) -> Record:
 
 
 def _count_variants(verdict: Verdict) -> Record:
-    """Numbers of profile variants on which Hertz holds and fails.
-
-    The record is empty for exact profiles.
-    """
+    """Numbers of profile variants on which Hertz holds and fails; None for exact profiles."""
     answers = [*verdict.lines.values()]
     counts = {"holds_on": answers.count("HOLDS"), "fails_on": answers.count("FAILS"), "of_lines": len(answers)}
-    return counts if answers else {}
+    return counts if answers else dict.fromkeys(counts)
 
 
 def _profile_uncertainty(judgement: Judgement) -> Record:
@@ -228,14 +203,6 @@ def _profile_uncertainty(judgement: Judgement) -> Record:
 def select_measures(theory: TableRecord) -> Record:
     """Measures in the record of a theory."""
     return {name: theory[name] for name in MEASURES if name in theory}
-
-
-def _has_measures(theory: TableRecord, contact: Record) -> bool:
-    """Whether the record of a theory has the measures of a contact, up to rounding."""
-    theory_measures = select_measures(theory)
-    return contact.keys() == theory_measures.keys() and all(
-        math.isclose(value, theory_measures[name], rel_tol=1e-9) for name, value in contact.items()
-    )
 
 
 def judgement_record(judgement: Judgement) -> Record:
@@ -295,7 +262,7 @@ def _patch_record(patch: TheoryPatch) -> Record:
         if patch.hertz
         else select_attributes(patch, "normal_force_N p_max_MPa area_mm2 a_mm b_mm")
     )
-    return place_entries | sizes
+    return complete_record("theory_patch", place_entries | sizes)
 
 
 def ellipse_record(hertz: HertzContact) -> Record:
@@ -483,7 +450,7 @@ def case_row(result: CaseResult) -> Row:
         Flat row.
     """
     return load_row(result.load, result.placement) | {
-        **_select_row_columns(flatten({"von_mises": to_plain(result.von_mises)})),
+        **_select_columns("of_case", flatten({"von_mises": to_plain(result.von_mises)})),
         "seconds": sum(result.effort.seconds.values()),
         "peak_memory_MB": result.effort.peak_memory_MB,
         "warnings": "; ".join(result.notes),
@@ -515,23 +482,13 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **select_attributes(first, "rail_y_mm wheel_y_mm", "touch_"),
         "at_junction": first.at_junction,
         "touch_points": len(placement.touch_points),
-        **_select_row_columns(columns),
+        **_select_columns("of_load", columns),
     }
 
 
-def _select_row_columns(columns: Record) -> Row:
-    return {name: value for name, value in columns.items() if _is_row_column(name)}
-
-
-@cache
-def _is_row_column(column: str) -> bool:
-    """Whether a column of a flat record is shown in rows."""
-    is_of_hertz = column.startswith((f"{HERTZ}_", "half_space_quadratic_"))
-    theory = next((name for name in THEORIES if column.startswith(f"{name}_")), None)
-    if theory is not None and not is_of_hertz:
-        return column.removeprefix(f"{theory}_") in _CHEAP_THEORY_COLUMNS
-    feature_patterns = (pattern for telling in load_offers("TELLINGS").values() for pattern in telling.left_out)
-    return not any(fnmatchcase(column, pattern) for pattern in (*_OMITTED_COLUMNS, *feature_patterns))
+def _select_columns(group: str, columns: Record) -> Row:
+    """Declared columns of a flat record, in the declared order."""
+    return {name: columns[name] for name in declared_columns(group) if name in columns}
 
 
 def input_columns(case: Case, placement: Placement | None = None) -> Row:

@@ -1,0 +1,285 @@
+"""Layout of result.json: its JSON schema, its columns in tables, and the data dictionary."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from itertools import product
+from typing import Any
+
+from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES
+from fecontact.errors import ProgramError
+from fecontact.feature_registry import load_offers
+from fecontact.judging.measures import MEASURES, MISFITS
+from fecontact.outputs.flat_records import Record, relative_name
+
+_SIMPLE_TYPES: dict[str, dict[str, Any]] = {
+    "number": {"type": "number"},
+    "integer": {"type": "integer"},
+    "boolean": {"type": "boolean"},
+    "text": {"type": "string"},
+    "texts": {"type": "array", "items": {"type": "string"}},
+    "numbers": {"type": "array", "items": {"type": ["number", "null"]}},
+    "inputs": {"type": "object"},
+}
+# Endings of keys that are units, the longest first, and their units.
+_UNITS = {
+    "_GN_per_m15": "GN/m^1.5",
+    "_percent": "%",
+    "_per_mm": "1/mm",
+    "_of_muN": "mu N",
+    "_over_b": "b",
+    "_Nmm": "N mm",
+    "_mm2": "mm²",
+    "_mm3": "mm³",
+    "_MPa": "MPa",
+    "_rad": "rad",
+    "_mrad": "mrad",
+    "_kN": "kN",
+    "_mm": "mm",
+    "_MB": "MB",
+    "_N": "N",
+    "seconds": "s",
+}
+_STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
+_BODIES = ("rail", "wheel")
+
+
+@dataclass(frozen=True, kw_only=True)
+class KeyDeclaration:
+    """Declaration of a key of `result.json`.
+
+    Attributes
+    ----------
+    key
+        Path of the key, joined by dots. `<measure>` stands for each measure, `[]` for the members of a list.
+    type_name
+        Type of the value, with `?` if it may be null.
+    unit
+        Unit of a number; `-` for a number without a unit, empty for other values.
+    meaning
+        Meaning in words.
+    shown
+        Places where the value is shown, joined by commas; empty if it is in the file alone.
+    """
+
+    key: str
+    type_name: str
+    unit: str
+    meaning: str
+    shown: str
+
+
+@cache
+def _read_keys() -> dict[str, Any]:
+    """Declarations of the core and of all features: keys, shapes and columns."""
+    text = (files("fecontact.outputs.records") / "result_keys.toml").read_text("utf-8")
+    declared: dict[str, Any] = tomllib.loads(text)
+    for name, telling in load_offers("TELLINGS").items():
+        feature_keys = tomllib.loads(telling.keys)
+        declared["result"][name] = feature_keys["result"]
+        declared["shapes"] |= feature_keys["shapes"]
+        declared["columns"]["of_load"] += feature_keys["columns"]
+    return declared
+
+
+def result_schema() -> dict[str, Any]:
+    """JSON schema of `result.json`.
+
+    Returns
+    -------
+    dict
+        Schema of draft 2020-12. All keys are required; keys that do not apply to a case are null.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> fecontact.result_schema()["properties"]["status"]["type"]
+    'string'
+    """
+    declared = _read_keys()
+    return {
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "fecontact result",
+        **_object_schema(declared["result"]),
+        "$defs": {name: _object_schema(shape) for name, shape in declared["shapes"].items()},
+    }
+
+
+def _object_schema(keys: Mapping[str, str]) -> dict[str, Any]:
+    """Schema of an object with declared keys, all of them required."""
+    properties: dict[str, Any] = {}
+    for key, declaration in keys.items():
+        type_name, meaning, _ = _split(declaration)
+        if key == "measures":
+            properties |= _measures_schema(MEASURES)["properties"]
+        else:
+            properties[key] = _type_schema(type_name) | {"description": meaning}
+    return {"type": "object", "properties": properties, "required": [*properties], "additionalProperties": False}
+
+
+def _type_schema(type_name: str) -> dict[str, Any]:
+    """Schema of a value of a declared type."""
+    if type_name.endswith("?"):
+        return {"anyOf": [_type_schema(type_name.removesuffix("?")), {"type": "null"}]}
+    if type_name in _SIMPLE_TYPES:
+        return dict(_SIMPLE_TYPES[type_name])
+    if type_name in ("measures", "all measures"):
+        return _measures_schema(MEASURES if type_name == "measures" else (*MEASURES, *MISFITS))
+    if type_name == "contributions":
+        return {"type": "object", "additionalProperties": {"type": "number"}}
+    if type_name.startswith("list of "):
+        return {"type": "array", "items": _type_schema(type_name.removeprefix("list of "))}
+    if type_name.startswith("per "):
+        name, _, member = type_name.removeprefix("per ").partition(" of ")
+        return _members_schema(name, member)
+    return {"$ref": f"#/$defs/{type_name}"}
+
+
+def _members_schema(name: str, member: str) -> dict[str, Any]:
+    """Schema of an object with a member for some names."""
+    schema: dict[str, Any] = {"type": "object", "additionalProperties": _type_schema(member)}
+    known_names = {"measure": (*MEASURES, *MISFITS), "theory": tuple(THEORIES), "body": _BODIES}.get(name)
+    if known_names is not None:
+        schema["propertyNames"] = {"enum": list(known_names)}
+    return schema | ({"required": list(known_names)} if name in ("theory", "body") and known_names else {})
+
+
+def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
+    """Schema of an object with a number for each measure; null if the number is not defined."""
+    return {
+        "type": "object",
+        "properties": {measure: {"type": ["number", "null"]} for measure in measures},
+        "required": list(measures),
+        "additionalProperties": False,
+    }
+
+
+def _split(declaration: str) -> tuple[str, str, str]:
+    """Type, meaning and places of a declaration."""
+    type_name, _, rest = declaration.partition(" | ")
+    meaning, _, shown = rest.partition(" | ")
+    return type_name, meaning, shown
+
+
+def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
+    """Record with all keys of a shape: keys that the record does not have are None.
+
+    Parameters
+    ----------
+    shape
+        Name of the shape in `result_keys.toml`.
+    record
+        Record with some of the keys.
+
+    Returns
+    -------
+    Record
+        Keys in the declared order.
+
+    Raises
+    ------
+    ProgramError
+        If the record has a key that is not declared.
+    """
+    declared = _read_keys()["shapes"][shape]
+    if undeclared := [key for key in record if key not in declared]:
+        raise ProgramError(f"keys {', '.join(undeclared)} of {shape} are not declared in result_keys.toml")
+    return {key: record.get(key) for key in declared}
+
+
+def iterate_keys() -> Iterator[KeyDeclaration]:
+    """Iterate over the declared keys of `result.json`, in the order of the file.
+
+    Yields
+    ------
+    KeyDeclaration
+        Key with unit, meaning and places; `<measure>` stands for each measure.
+    """
+    declared = _read_keys()
+    yield from _walk(declared["result"], declared["shapes"], "")
+
+
+def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str) -> Iterator[KeyDeclaration]:
+    for name, declaration in keys.items():
+        type_name, meaning, shown = _split(declaration)
+        if name == "measures":
+            yield KeyDeclaration(
+                key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", shown=shown
+            )
+            continue
+        path, inner = f"{prefix}{name}", type_name.removesuffix("?")
+        while inner.startswith(("list of ", "per ")):
+            first, _, inner = inner.partition(" of ")
+            path += "[]" if first == "list" else f".<{first.removeprefix('per ')}>".replace("<...>", "<name>")
+            inner = inner.removesuffix("?")
+        number_types = ("number", "integer", "numbers", "measures", "all measures", "contributions")
+        yield KeyDeclaration(
+            key=path,
+            type_name=type_name,
+            unit=unit_of(name) if inner in number_types else "",
+            meaning=meaning,
+            shown=shown,
+        )
+        if inner in shapes:
+            yield from _walk(shapes[inner], shapes, f"{path}.")
+
+
+def unit_of(key: str) -> str:
+    """Unit of a number by the ending of its key; `-` without a unit.
+
+    Parameters
+    ----------
+    key
+        Key of a record, or column of a table.
+
+    Returns
+    -------
+    str
+        Unit.
+
+    Examples
+    --------
+    >>> from fecontact.outputs.records.result_schema import unit_of
+    >>> unit_of("p_max_MPa"), unit_of("overlap")
+    ('MPa', '-')
+    """
+    return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "-")
+
+
+@cache
+def declared_columns(group: str) -> tuple[str, ...]:
+    """Declared columns of a row.
+
+    Parameters
+    ----------
+    group
+        `of_load` for the columns of a load, `of_case` for further columns of a case.
+
+    Returns
+    -------
+    tuple of str
+        Names of columns in order.
+    """
+    return tuple(dict.fromkeys(column for name in _read_keys()["columns"][group] for column in _expand(name)))
+
+
+def _expand(column: str) -> Iterator[str]:
+    """Columns that a declared column with placeholders stands for."""
+    choices = {
+        "<size>": MEASURES,
+        "<deviation>": tuple(relative_name(measure) for measure in (*MEASURES, *MISFITS)),
+        "<step>": tuple(relative_name(measure) for measure in _STEP_MEASURES),
+        "<hertz>": HERTZ_OF_EACH_SIDE,
+        "<theory>": tuple(name for name in THEORIES if name not in HERTZ_OF_EACH_SIDE),
+        "<body>": _BODIES,
+    }
+    placeholders = [placeholder for placeholder in choices if placeholder in column]
+    for names in product(*(choices[placeholder] for placeholder in placeholders)):
+        expanded = column
+        for placeholder, name in zip(placeholders, names, strict=True):
+            expanded = expanded.replace(placeholder, name)
+        yield expanded
