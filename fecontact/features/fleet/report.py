@@ -249,12 +249,13 @@ def _describe_screening(answer: FleetAnswer) -> Iterator[str]:
     """Yield sentences on the agreement of the screening with the finite elements."""
     theory = THEORIES[answer.about["theory"]].words
     if not answer.whole.drawn:
-        yield f"The accuracy of {theory} is unknown here, because no position was solved by finite elements."
+        yield f"The accuracy of the screen ({theory}) is unknown, because no position was solved by finite elements."
         return
     yield (
         f"Positions were drawn from four strata by the verdict of the screen ({theory}) and its margin: near is open,"
         " or a margin of less than two uncertainties. Each position counts with its weight divided by its probability"
-        " of being drawn. Limits of a stratum are exact: they are above zero even if no draw contradicts the screen."
+        " of being drawn. Limits of a stratum are exact. Without a contradiction, the upper limit is above"
+        " zero unless all positions of the stratum were drawn."
     )
 
 
