@@ -154,7 +154,7 @@ OPPOSITE = ": rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., of which som
 # by table and field; written down a second time on purpose, with the units that users know
 ROWS: dict[tuple[str, str], Row] = {
     ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; R and D in mm; default 60E1"),
-    ("", "wheel"): Row("wheel", "--wheel", "CONE20", "CONE20", "", "", "wheel is ''; allowed", "; R in mm; default S1002"),
+    ("", "wheel"): Row("wheel", "--wheel", "CONE20", "CONE20", "", "", "wheel is ''; allowed", "mm; default S1002"),
     ("", "inclination_rad"): Row(
         "inclination", "--inclination", "1:20", math.atan(1 / 20), "500mrad", 0.5,
         "inclination is 0.5 rad (500 mrad); allowed: -0.35 to 0.35 rad (-350 to 350 mrad)",
@@ -268,7 +268,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ("creep", "xi"): creepage("xi", "--xi", "creepage xi"),
     ("creep", "eta"): creepage("eta", "--eta", "creepage eta"),
     ("creep", "spin_per_mm"): Row(
-        "spin_per_mm", "--spin-per-mm", -1e-4, -1e-4, 2, 2.0, "spin is 2.0 1/mm; allowed: -1 to 1 1/mm; give it relative",
+        "spin_per_mm", "--spin-per-mm", -1e-4, -1e-4, 2, 2.0, "spin is 2.0 1/mm; allowed: -1 to 1 1/mm; give it",
         ": 1/mm, -1 to 1; default none",
     ),
     ("creep", "speed_ratio"): Row(
