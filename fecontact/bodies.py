@@ -62,26 +62,26 @@ class Material:
     )
     yield_MPa: float | None = number_field(
         None,
-        "Uniaxial yield stress; with it the first loading of virgin steel is solved beside the elastic contact",
+        "Uniaxial yield stress; if it is given, the first loading of virgin steel is solved after the elastic contact",
         label="yield stress",
         group="yield",
         usual=(100.0, 3000.0),
-        remedy="leave it out (None) if it is not known",
+        remedy="leave it out (None) if it is unknown",
     )
     tangent_MPa: float = number_field(
         0.0,
-        "Slope of the uniaxial stress over the strain beyond the yield stress, 0 for perfectly plastic",
+        "Slope of the uniaxial stress over the strain beyond the yield stress; 0 is perfectly plastic",
         label="tangent modulus",
         group="yield",
         high=500e3,
-        remedy="steels have 0 to a tenth of Young's modulus; it counts where there is a yield stress",
+        remedy="steels have 0 to a tenth of Young's modulus; it has an effect only with a yield stress",
     )
 
     def __post_init__(self) -> None:
         if self.tangent_MPa >= self.young_MPa:
             raise InputError(
-                f"tangent modulus is {self.tangent_MPa:g} MPa, not below Young's modulus of {self.young_MPa:g} MPa;"
-                " steels have 0 to a tenth of it"
+                f"tangent modulus is {self.tangent_MPa:g} MPa; allowed: less than Young's modulus, which is"
+                f" {self.young_MPa:g} MPa; steels have 0 to a tenth of Young's modulus"
             )
 
     @classmethod
@@ -187,7 +187,7 @@ class RollingPair:
 TrackSide = Literal["left", "right"]
 
 
-_CUT_REMEDY = "bodies are usually cut at 60 mm"
+_CUT_REMEDY = "60 mm is usual"
 _RIM_MM, _HALF_LENGTH_MM = 65.0, 60.0
 # Largest default cuts of a small wheel, divided by its rolling radius. For R 50 mm the peak pressure differs from
 # Hertz's by at most 0.04 %.
@@ -222,13 +222,13 @@ class BodySize:
     60.0
     """
 
-    rail_depth_mm: float = number_field(60.0, "Depth of the rail's base below its crown", remedy=_CUT_REMEDY)
+    rail_depth_mm: float = number_field(60.0, "Depth of the cut through the rail below its crown", remedy=_CUT_REMEDY)
     rim_thickness_mm: float = number_field(
-        _RIM_MM, "Thickness of the wheel's rim; the default is at most 0.6 times the radius", remedy=_CUT_REMEDY
+        _RIM_MM, "Thickness of the rim of the wheel; the default is at most 0.6 times the radius", remedy=_CUT_REMEDY
     )
     half_length_mm: float = number_field(
         _HALF_LENGTH_MM,
-        "Length of rail and rim to each side; the default is at most 1.2 times the radius",
+        "Length of rail and rim on each side of the contact; the default is at most 1.2 times the radius",
         remedy=_CUT_REMEDY,
     )
 
@@ -259,12 +259,12 @@ class BodySize:
             length = min(length, _LENGTH_OVER_RADIUS * rolling_radius_mm)
         for name, value, maximum_mm in (
             ("rim thickness (rim_thickness_mm)", rim, _LARGEST_RIM_OVER_RADIUS * rolling_radius_mm),
-            ("length of the rim to each side (half_length_mm)", length, _LARGEST_RIM_ANGLE_RAD * rolling_radius_mm),
+            ("half length of the rim (half_length_mm)", length, _LARGEST_RIM_ANGLE_RAD * rolling_radius_mm),
         ):
             if value > maximum_mm:
                 raise InputError(
-                    f"{name} is {value:g} mm; allowed: up to {maximum_mm:.3g} mm for a wheel of radius"
-                    f" {rolling_radius_mm:g} mm; give a smaller one, or leave it out"
+                    f"{name} is {value:g} mm; allowed: at most {maximum_mm:.3g} mm for a wheel of radius"
+                    f" {rolling_radius_mm:g} mm; give a smaller value, or leave it out"
                 )
         return replace(self, rim_thickness_mm=rim, half_length_mm=length)
 
@@ -284,13 +284,18 @@ class Track:
     """
 
     gauge_mm: float = number_field(1435.0, "Track gauge", remedy="usually 1435 mm")
-    gauge_depth_mm: float = number_field(14.0, "Depth of the gauge below the rail's top", remedy="usually 14 mm")
-    back_to_back_mm: float = number_field(1360.0, "Distance of the wheels' backs", remedy="usually 1360 mm")
+    gauge_depth_mm: float = number_field(
+        14.0, "Depth below the top of the rail at which the gauge is measured", remedy="usually 14 mm"
+    )
+    back_to_back_mm: float = number_field(1360.0, "Back-to-back distance of the wheels", remedy="usually 1360 mm")
     tape_circle_from_back_mm: float = number_field(
-        70.0, "Distance of the tape circle from the back", remedy="usually 70 mm"
+        70.0, "Distance of the tape circle from the back of the wheel", remedy="usually 70 mm"
     )
     rail_crown_y_mm: float | None = number_field(
-        None, "Crown from the track centre, instead of the gauge", label="rail crown", remedy="None places by the gauge"
+        None,
+        "Distance of the rail's crown from the track centre, instead of the gauge",
+        label="rail crown",
+        remedy="leave it out (None) to place the rail by the gauge",
     )
 
     @property

@@ -59,9 +59,9 @@ REFINED_UNKNOWNS = 400_000
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
 # default of a number that `Case.__post_init__` fills in, so that every case has it
 _FILLED_IN: Any = None
-_RAIL = "library name, profile file, circle:R, or arcs:R/R@D for two arcs whose junction is D from the crown; mm"
-_WHEEL = "library name, profile file, or cylinder:R (flat); mm"
-_OTHER = "of the other side of the wheelset, if it is another one"
+_RAIL = "library name, profile file, circle:R, or arcs:R/R@D (two arcs that meet D from the crown); R and D in mm"
+_WHEEL = "library name, profile file, or cylinder:R (flat profile); R in mm"
+_OTHER = "of the other side of the wheelset, if different"
 _RADII = "railway wheels have 300 to 625 mm"
 # Rolling radius of a wheel without a given radius.
 _RADIUS_MM = 460.0
@@ -179,7 +179,7 @@ class Case:
     wheel: str = text_field("S1002", "Wheel", _WHEEL, group="pair")
     inclination_rad: float = number_field(
         INCLINATION_1_40,
-        "Inclination of the rail towards the track centre, none if the profile is canted already; circle:R has none",
+        "Rail inclination towards the track centre; none if the profile is already inclined; not used for circle:R",
         group="pair",
         key="inclination",
         shown_unit="mrad",
@@ -200,36 +200,36 @@ class Case:
     )
     roll: Roll | None = choice_field(
         None,
-        "Roll of the wheelset: that at which both wheels touch their rails, that with both pressed into them by the"
-        " wheel loads, or a given one (0 for circles, cylinders and crane rails, which have no wheelset)",
+        "Roll of the wheelset: touching (both unloaded wheels touch their rails), loaded (the wheel loads press both"
+        " wheels into their rails), or given (0 for circles, cylinders and crane rails, which have no wheelset)",
         get_args(Roll),
         group="standing",
     )
     roll_rad: float = _angle(
         _FILLED_IN,
-        "Roll of the wheelset about x where it is given, positive lifts the left wheel",
-        "wheelsets roll by some mrad",
+        "Roll angle of the wheelset about x, if the roll is given; a positive angle lifts the left wheel",
+        "wheelsets roll by a few mrad",
         label="roll angle",
         group="standing",
     )
-    yaw_rad: float = _angle(0.0, "Yaw of the wheelset about z", "wheelsets yaw by some mrad, or tens", group="wheelset")
+    yaw_rad: float = _angle(
+        0.0, "Yaw of the wheelset about z", "wheelsets yaw by a few mrad to some 10 mrad", group="wheelset"
+    )
     roll_load_N: float | None = _load(
         None,
-        "Wheel load under which the roll of the loaded wheelset is found, if it is another one than the load",
-        "give the wheel load under which the wheelset rolls, for example 80000 N (80 kN)",
+        "Wheel load for the roll of the loaded wheelset, if different from the load of the case",
+        "give the wheel load that sets the roll, for example 80000 N (80 kN)",
         group="standing",
     )
     flange_climb: bool = flag_field(
-        "Let the flange climb: take contacts beyond its steepest place too, up to its top", group="wheelset"
+        "Let the flange climb: allow contact beyond its steepest place, up to its top", group="wheelset"
     )
-    side: TrackSide = choice_field(
-        "left", "Wheel and rail of the wheelset that are solved", ("left", "right"), group="standing"
-    )
+    side: TrackSide = choice_field("left", "Side of the wheelset to solve", ("left", "right"), group="standing")
     opposite: Opposite = nested_inputs(Opposite, group="pair", option="opposite")
     load_N: float = _load(100e3, "Wheel load", group="load")
     load_kind: LoadKind = choice_field(
         "vertical",
-        "Whether the load is vertical or acts along the contact normal at first touch",
+        "Direction of the load: vertical, or along the normal at the first contact point",
         get_args(LoadKind),
         group="standing",
     )
@@ -237,8 +237,8 @@ class Case:
     wheel_material: Material = nested_inputs(lambda: STEEL, group="material", body="wheel", both=True)
     rolling_radius_mm: float = number_field(
         _FILLED_IN,
-        "Rolling radius at the tape circle; if it is not given, the header of a MiniProf wheel file counts, if it has a"
-        " diameter",
+        "Rolling radius at the tape circle; if not given, half of the diameter in the header of a MiniProf wheel file,"
+        " if there is one",
         usual=(100.0, 1000.0),
         group="wheelset",
         remedy=_RADII,
@@ -247,8 +247,8 @@ class Case:
     size: BodySize = nested_inputs(BodySize, group="mesh")
     resolution: str | tuple[float, float] = custom_field(
         "quick",
-        f"Elements per semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or their sizes"
-        " along x and across: what the solution begins with",
+        f"First meshes: elements per semi-axis of the patch ({', '.join(f'{n:g}' for n in RESOLUTIONS.values())}), or"
+        " element sizes along x and across",
         known=tuple(RESOLUTIONS),
         group="mesh",
         domain=f"{', '.join(RESOLUTIONS)}, or two element sizes in mm such as 0.5,0.4 (mm, finite and > 0)",
@@ -261,8 +261,8 @@ class Case:
     )
     refine: Refine = choice_field(
         "verdict",
-        "Finer meshes: until the verdict is known, never, or until the elements' own nodes know it by themselves;"
-        f" up to {REFINED_UNKNOWNS} unknowns",
+        "Finer meshes: until the verdict is resolved, never, or until the verdict on the nodes of the elements is"
+        f" resolved too (evidence); at most {REFINED_UNKNOWNS} unknowns",
         get_args(Refine),
         group="solution",
     )
@@ -272,21 +272,23 @@ class Case:
     wheel_file: Reading = nested_inputs(Reading, group="profiles", body="wheel")
     creep: Creep = nested_inputs(Creep, group="creep")
     rail_irregularity: Irregularity | None = _irregularity(
-        "Material that the rail misses along the track, opening the gap"
+        "Material that is missing from the rail along the track, and opens the gap"
     )
-    wheel_irregularity: Irregularity | None = _irregularity("Material that the wheel misses along its circumference")
+    wheel_irregularity: Irregularity | None = _irregularity(
+        "Material that is missing from the wheel along its circumference, and opens the gap"
+    )
     distance_mm: float = number_field(
         0.0,
-        "Distance run along the irregularities to where smooth bodies touch",
+        "Distance along the irregularities at which the smooth bodies touch",
         group="irregular",
         low=-1e7,
         high=1e7,
-        remedy="give the place along the wave, the flat (its middle is 0) or the table",
+        remedy="give the position along the wave, the flat (0 is its middle) or the table",
     )
     library: str | None = text_field(
         None,
-        "Library of your own, before the built-in one",
-        "folder whose profile files rail and wheel may name",
+        "Your library of profiles, searched before the built-in library",
+        "folder of profile files; rail and wheel are names of its files",
         group="pair",
     )
 
@@ -313,8 +315,8 @@ class Case:
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:
             raise InputError(
-                f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset comes from vertical wheel loads;"
-                " give load_kind = 'vertical', the wheel load as roll_load_kN, or another roll"
+                f"load kind is {self.load_kind!r}, but the roll of the loaded wheelset needs vertical wheel loads;"
+                " give load_kind = 'vertical', the wheel load as roll_load_kN, or a different roll"
             )
 
     @property
@@ -476,7 +478,7 @@ def _format_angle(roll_rad: float) -> str:
 
 def _refuse_conflicting_roll(name: str, value: str, kind: Roll, roll: Roll | None) -> None:
     if kind != roll:
-        raise InputError(f"{name} is {value}, but the roll is {roll!r}; leave it out, or give roll = {kind!r}")
+        raise InputError(f"{name} is {value}, but the roll is {roll!r}; leave out the {name}, or give roll = {kind!r}")
 
 
 _FILES = ("rail_file", "wheel_file")
@@ -614,4 +616,4 @@ def read_case_record(record: Mapping[str, Any]) -> Case:
     except InputError:
         raise
     except (TypeError, ValueError) as error:
-        raise InputError(f"case record: {error}; keys that exist: {', '.join(make_case_record(Case()))}") from error
+        raise InputError(f"case record: {error}; allowed keys: {', '.join(make_case_record(Case()))}") from error

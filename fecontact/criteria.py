@@ -24,14 +24,14 @@ def _limit(default: float, measure: str, help: str, key: str) -> Any:
     measure
         Key of the measure in the deviations.
     help
-        Condition under which Hertz holds, as the end of a sentence.
+        Deviation that the limit bounds, as the end of a phrase.
     key
         Key in files; a key that ends in `_percent` is shown in %.
     """
     percent = key.endswith("_percent")
     limit = Number(
         label=f"limit of {measure}",
-        help=f"Hertz holds {help}",
+        help=f"Largest allowed {help}",
         key=key,
         shown_unit="%" if percent else "",
         high=1.0,
@@ -74,32 +74,38 @@ class Criteria:
     {'p_max_MPa': 0.05}
     """
 
-    p_max: float = _limit(0.05, "p_max_MPa", "if its peak pressure is off by less", "p_max_percent")
-    area: float = _limit(0.10, "area_mm2", "if its patch area is off by less", "area_percent")
-    a: float = _limit(0.10, "a_mm", "if its half-width along x is off by less", "a_percent")
-    b: float = _limit(0.10, "b_mm", "if its half-width across is off by less", "b_percent")
+    p_max: float = _limit(0.05, "p_max_MPa", "deviation of Hertz's peak pressure", "p_max_percent")
+    area: float = _limit(0.10, "area_mm2", "deviation of Hertz's patch area", "area_percent")
+    a: float = _limit(0.10, "a_mm", "deviation of Hertz's semi-axis a along x", "a_percent")
+    b: float = _limit(0.10, "b_mm", "deviation of Hertz's semi-axis b across", "b_percent")
     centre: float = _limit(
-        0.15, "centre_over_b", "if the centre of pressure is off by less of its half-width b", "centre_over_b"
+        0.15,
+        "centre_over_b",
+        "distance of the centre of pressure from the first contact point, divided by b",
+        "centre_over_b",
     )
     valley: float = _limit(
-        0.10, "valley", "if the pressure falls by less of its peak between two lobes", "valley_percent"
+        0.10, "valley", "drop of the pressure between two lobes, relative to the peak", "valley_percent"
     )
     separate: float = _limit(
-        0.001, "separate_load", "if separate patches carry less of the load", "separate_load_percent"
+        0.001, "separate_load", "load on separate patches, relative to the whole load", "separate_load_percent"
     )
     misplaced: float = _limit(
-        0.10, "misplaced_load", "if less of the load is elsewhere than Hertz predicts", "misplaced_load_percent"
+        0.10,
+        "misplaced_load",
+        "load outside the pressure of Hertz, relative to the whole load",
+        "misplaced_load_percent",
     )
     judged_by: tuple[str, ...] = choice_field(
         ("all",),
-        f"Measures that decide, or sets of them (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
+        f"Measures that decide the verdict, or sets of measures (patch: {', '.join(_SETS['patch'])}; strength: p_max)",
         (*_SETS, *_SETS["all"]),
-        domain=f"sets {', '.join(_SETS)}; measures {', '.join(_SETS['all'])}; joined by commas",
+        domain=f"sets {', '.join(_SETS)}; measures {', '.join(_SETS['all'])}; separated by commas",
         each=True,
     )
     theories_in_range: bool = flag_field(
-        "Name no theory that is out of its own range as the cheapest that holds; by default it counts, marked as out of"
-        " range, since its numbers are held against the finite elements at this very contact"
+        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default they count,"
+        " and are marked as out of range"
     )
 
     def __post_init__(self) -> None:
@@ -124,13 +130,13 @@ FRICTION = Number(
     help="Coefficient of friction",
     high=2.0,
     inclusive=False,
-    remedy="dry steel has 0.3 to 0.6, wet 0.1 to 0.3",
+    remedy="dry steel has 0.3 to 0.6, wet steel 0.1 to 0.3",
 )
 """Description of the friction coefficient, for every input of a friction coefficient."""
 
 
 def _creepage(help: str, label: str) -> Any:
-    remedy = "it is relative to the rolling speed: 0.001 is 0.1 %"
+    remedy = "give it relative to the rolling speed: 0.001 is 0.1 %"
     return number_field(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
 
 
@@ -164,29 +170,29 @@ class Creep:
     """
 
     friction: float | None = input_field(
-        None, replace(FRICTION, help="Coefficient of friction; with it creep forces are evaluated")
+        None, replace(FRICTION, help="Coefficient of friction; if it is given, creep forces are computed")
     )
-    xi: float | None = _creepage("Longitudinal creepage, > 0 where the wheel slides forward", "creepage xi")
+    xi: float | None = _creepage("Longitudinal creepage, > 0 if the wheel slides forward", "creepage xi")
     eta: float | None = _creepage("Lateral creepage, > 0 towards the field side", "creepage eta")
-    spin_per_mm: float | None = _creepage("Spin about the normal of the contact", "spin")
+    spin_per_mm: float | None = _creepage("Spin about the contact normal", "spin")
     speed_ratio: float = number_field(
         1.0,
-        "Speed of rotation over that which rolls the tape circle; above 1 the wheel drives",
+        "Speed of rotation relative to the speed that rolls the tape circle; above 1 the wheel drives",
         high=2.0,
-        remedy="a free wheel has 1, a driven one some thousandths more",
+        remedy="a free wheel has 1, a driven wheel a few thousandths more",
     )
     curved: bool = flag_field(
-        "Creepages on the real patch follow the rolling radius and contact angle of each line", label="curved surfaces"
+        "Let the creepages on the real patch follow the local rolling radius and contact angle", label="curved surfaces"
     )
     force_limit: float = _limit(
-        0.05, "the creep force", "for forces if its creep force is off by less of mu N", "force_percent"
+        0.05, "the creep force", "deviation of Hertz's creep force, relative to mu N", "force_percent"
     )
     largest_creepage: float = number_field(
         0.02,
-        "Longitudinal and lateral creepage up to which forces are judged",
+        "Largest longitudinal and lateral creepage at which creep forces are judged",
         low=1e-4,
         high=0.5,
-        remedy="0.02 is 2 %, where most contacts slide",
+        remedy="0.02 is 2 %, at which most contacts slide",
     )
 
     @property
@@ -206,12 +212,12 @@ class Creep:
         """
         if self.asked and "creep" not in find_places("READINGS"):
             raise InputError(
-                f"friction coefficient is {self.friction:g}, but this fecontact has no feature creep, which evaluates"
-                " creep forces; leave friction out, or install fecontact with all its features"
+                f"friction coefficient is {self.friction:g}, but creep forces need the feature creep, which is not"
+                " installed; leave friction out, or install fecontact with all its features"
             )
         for field in () if self.asked else fields(self):
             if (value := getattr(self, field.name)) != field.default:
                 label = field.metadata["input"].label
                 raise InputError(
-                    f"{label} is {value!r}, but no friction coefficient is given; give one too, for example 0.3"
+                    f"{label} is {value!r}, but no friction coefficient is given; give friction too, for example 0.3"
                 )

@@ -197,7 +197,7 @@ def test_the_command_needs_neither_gmsh_nor_finite_elements():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--shifts", "20"], "can stand at none of the shifts"),
+        (["--shifts", "20"], "fits on the track at none of the shifts"),
         (["--shifts", "a"], "neither a number nor a range"),
         (
             ["--gauge-mm", "1400", "--shifts", "0"],

@@ -55,7 +55,7 @@ def length(key: str, value: float, default: str, option: str = "") -> Row:
 
 def creepage(key: str, option: str, label: str) -> Row:
     return Row(
-        key, option, -2e-3, -2e-3, 1.5, 1.5, f"{label} is 1.5; allowed: -1 to 1; it is relative to the rolling speed",
+        key, option, -2e-3, -2e-3, 1.5, 1.5, f"{label} is 1.5; allowed: -1 to 1; give it relative to the rolling speed",
         ": no unit, -1 to 1; default none",
     )  # fmt: skip
 
@@ -147,14 +147,14 @@ def irregularity(body: str) -> Row:
     )  # fmt: skip
 
 
-SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; joined by commas"
+SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; separated by commas"
 
 
 OPPOSITE = ": rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., of which some; default none."
 # by table and field; written down a second time on purpose, with the units that users know
 ROWS: dict[tuple[str, str], Row] = {
-    ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; mm; default 60E1"),
-    ("", "wheel"): Row("wheel", "--wheel", "CONE20", "CONE20", "", "", "wheel is ''; allowed", "; mm; default S1002"),
+    ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; R and D in mm; default 60E1"),
+    ("", "wheel"): Row("wheel", "--wheel", "CONE20", "CONE20", "", "", "wheel is ''; allowed", "mm; default S1002"),
     ("", "inclination_rad"): Row(
         "inclination", "--inclination", "1:20", math.atan(1 / 20), "500mrad", 0.5,
         "inclination is 0.5 rad (500 mrad); allowed: -0.35 to 0.35 rad (-350 to 350 mrad)",
@@ -179,7 +179,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "roll_load_N"): Row(
         "roll_load_kN", "--roll-load-kn", 80, 80e3, -5, -5000.0,
-        "roll load is -5000.0 N (-5 kN); allowed: 1 to 1000000000 N (0.001 to 1000000 kN); give the wheel load under",
+        "roll load is -5000.0 N (-5 kN); allowed: 1 to 1000000000 N (0.001 to 1000000 kN); give the wheel load that",
         ": kN, 0.001 to 1000000; default none",
     ),
     ("", "flange_climb"): Row(
@@ -268,7 +268,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ("creep", "xi"): creepage("xi", "--xi", "creepage xi"),
     ("creep", "eta"): creepage("eta", "--eta", "creepage eta"),
     ("creep", "spin_per_mm"): Row(
-        "spin_per_mm", "--spin-per-mm", -1e-4, -1e-4, 2, 2.0, "spin is 2.0 1/mm; allowed: -1 to 1 1/mm; it is relative",
+        "spin_per_mm", "--spin-per-mm", -1e-4, -1e-4, 2, 2.0, "spin is 2.0 1/mm; allowed: -1 to 1 1/mm; give it",
         ": 1/mm, -1 to 1; default none",
     ),
     ("creep", "speed_ratio"): Row(
@@ -585,11 +585,14 @@ def test_a_roll_is_that_of_its_numbers_where_none_is_said(tmp_path):
     [
         (
             {"roll": "touching", "roll_mrad": 0.4},
-            "roll angle is 0.4 mrad, but the roll is 'touching'; leave it out, or",
+            "roll angle is 0.4 mrad, but the roll is 'touching'; leave out the roll angle, or",
         ),
         # also one of zero
         ({"roll": "loaded", "roll_mrad": 0}, "roll angle is 0 mrad, but the roll is 'loaded'"),
-        ({"roll": "given", "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'; leave it out, or give"),
+        (
+            {"roll": "given", "roll_load_kN": 80},
+            "roll load is 80 kN, but the roll is 'given'; leave out the roll load, or give",
+        ),
         ({"roll": "touching", "opposite": {"load_kN": 60}}, "opposite load is 60 kN, but the roll is 'touching'"),
         ({"roll_mrad": 0.4, "roll_load_kN": 80}, "roll load is 80 kN, but the roll is 'given'"),
         (

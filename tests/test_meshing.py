@@ -491,9 +491,9 @@ def test_only_edges_within_a_segment_lie_on_it():
 @pytest.mark.parametrize(
     ("rail", "depth", "message"),
     [
-        ("60E1", 5.0, r"rail depth 5 mm: .* 60E1 reaches down to 35\.3 mm; cut the rail at least 1 mm below"),
-        ("circle:300", 2.0, r"rail depth 2 mm: .* at least 1 mm below"),
-        ("60E1", 500.0, r"60E1 is only 172\.0 mm high"),
+        ("60E1", 5.0, r"rail depth 5 mm: .* 60E1 reaches down to 35\.3 mm; give a rail depth at least 1 mm larger"),
+        ("circle:300", 2.0, r"rail depth 2 mm: .* at least 1 mm larger"),
+        ("60E1", 500.0, r"60E1 is 172\.0 mm high"),
     ],
 )
 def test_impossible_depth_is_refused(rail, depth, message):
@@ -517,24 +517,26 @@ def test_other_depths_of_a_rail_with_its_outline(depth):
 def test_short_sweeps_are_refused():
     pair = placed("60E1", "S1002", 2.0)
     with pytest.raises(
-        InputError, match=r"half length of 10 mm must reach at least two elements past the contact zone"
+        InputError, match=r"half length is 10 mm; allowed: at least two elements more than the contact zone"
     ):
         rail_mesh(pair, NARROW, half=True, size=BodySize(half_length_mm=10.0))
-    with pytest.raises(InputError, match=r"the rim's half length of 12 mm must reach at least two elements"):
+    with pytest.raises(InputError, match=r"the rim's half length is 12 mm; allowed: at least two elements"):
         wheel_mesh(pair, NARROW, half=True, size=BodySize(half_length_mm=12.0))
 
 
 def test_zone_past_the_running_surface_is_refused():
     pair = placed("60E1", "S1002", 6.0)
     wide = FineZone(half_length_mm=9.0, s_low_mm=-45.0, s_high_mm=3.0, step_x_mm=1.5, step_s_mm=0.5, semi_axis_mm=5.0)
-    with pytest.raises(InputError, match=r"leaves its running surface"):
+    with pytest.raises(InputError, match=r"extends beyond the running surface"):
         rail_mesh(pair, wide, half=True, size=BodySize())
 
 
 @pytest.mark.parametrize("rim", [2.0, 5.0, 7.0])
 def test_rim_thinner_than_the_tread_is_high_is_refused(rim):
     # the field side of the S1002 rises to 7.6 mm above its tape circle: such a rim is cut through its own surface
-    with pytest.raises(InputError, match=r"wheel S1002: the body is cut too close .* \(rail depth, rim thickness\)"):
+    with pytest.raises(
+        InputError, match=r"wheel S1002: the cut is too close .* give a larger rail depth or rim thickness"
+    ):
         wheel_mesh(placed("60E1", "S1002", 2.0), SMALL, half=True, size=BodySize(rim_thickness_mm=rim))
 
 
@@ -542,7 +544,7 @@ def test_cut_through_the_uniform_block_is_refused():
     # a zone 14 mm wide is meshed 6.3 mm deep, this rail has 4 mm below its crown
     rail = make_circular_rail_head(300.0, 20.0)
     pair = place(rail, make_cylinder_wheel(), inclination_rad=0.0, track=Track(rail_crown_y_mm=750.0))
-    with pytest.raises(InputError, match=r"rail circle:300: the body is cut too close .* 14\.00 mm, .* 6\.30 mm deep"):
+    with pytest.raises(InputError, match=r"rail circle:300: the cut is too close .* 14\.00 mm, .* 6\.30 mm deep"):
         rail_mesh(pair, ZONE, half=True, size=BodySize(rail_depth_mm=4.0))
 
 
@@ -629,10 +631,10 @@ def test_other_cuts_than_the_defaults_are_taken_or_refused():
     )
     assert BodySize().at_radius(108.4) == BodySize()
     with pytest.raises(
-        InputError, match=r"rim thickness .* is 50 mm; allowed: up to 47\.5 mm for a wheel of radius 50"
+        InputError, match=r"rim thickness .* is 50 mm; allowed: at most 47\.5 mm for a wheel of radius 50"
     ):
         BodySize(rim_thickness_mm=50.0).at_radius(50.0)
-    with pytest.raises(InputError, match=r"half_length_mm\) is 70 mm; allowed: up to 60 mm for a wheel of radius 20"):
+    with pytest.raises(InputError, match=r"half_length_mm\) is 70 mm; allowed: at most 60 mm for a wheel of radius 20"):
         BodySize(half_length_mm=70.0).at_radius(20.0)
 
 

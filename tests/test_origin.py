@@ -158,7 +158,7 @@ def test_a_rail_without_a_gauge_side_is_refused_with_the_option_that_turns_it(tm
     half = str(tmp_path / "half.csv")
     with pytest.raises(
         InputError,
-        match=r"gauge side ends 0\.\d* mm below.*field side reaches 3\d\.\d* mm down: give --rail-mirror yes",
+        match=r"gauge side ends 0\.\d* mm below.*field side ends 3\d\.\d* mm below it: give --rail-mirror yes",
     ):
         place_case(Case(rail=half))
     placement = place_case(Case(rail=half, rail_file=Reading(mirror=True, filter_mm=0.0)))

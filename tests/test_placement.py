@@ -475,7 +475,7 @@ def test_surface_runs_by_arc_length_from_first_touch():
 
 def test_points_off_the_running_surface_do_not_project():
     pair = standard_pair(0.0)
-    with pytest.raises(InputError, match="past the rail's running surface"):
+    with pytest.raises(InputError, match="beyond the running surface of the rail"):
         # points below the end of the side of the head; a point beside the head projects on the corner or on the side
         pair.project(np.array([[0.0, pair.first.y_mm + 60.0, -60.0]]))
 
@@ -526,7 +526,7 @@ def test_derailing_wheel_is_refused_with_the_possible_range():
 
 @pytest.mark.parametrize("shift", [-75.0])
 def test_wheel_that_leaves_the_rail_is_refused_with_the_possible_range(shift):
-    with pytest.raises(InputError, match=r"(leaves the rail|does not stand over).*shifts between .* and 7\.5 mm"):
+    with pytest.raises(InputError, match=r"(leaves the rail|is not above the rail).*shifts between .* and 7\.5 mm"):
         standard_pair(shift)
 
 

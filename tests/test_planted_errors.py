@@ -257,7 +257,7 @@ def test_gross_faults_on_a_narrow_head_are_seen_by_the_own_contact(monkeypatch, 
 
 def test_a_body_that_does_not_stand_where_it_was_placed_is_refused(position, monkeypatch):
     fault_of_rail(turn_mesh)(monkeypatch)
-    with pytest.raises(AssertionError, match="beside its surface"):
+    with pytest.raises(AssertionError, match="away from the surface"):
         compliance_error(position)
 
 
@@ -321,7 +321,7 @@ def test_evidence_refines_until_the_own_nodes_know_or_the_budget_is_reached(monk
     monkeypatch.setattr("fecontact.case.REFINED_UNKNOWNS", 0)
     stopped = solve(case).load
     assert (stopped.verdict.answer, stopped.by_elements.verdict.answer) == ("HOLDS", "UNRESOLVED")
-    assert any("refinement stopped: the next meshes would have about" in warning for warning in stopped.warnings)
+    assert any("refinement stopped: the next meshes need about" in warning for warning in stopped.warnings)
 
 
 # --- status, verdict and uncertainty ----------------------------------------------------------------------------------

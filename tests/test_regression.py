@@ -369,7 +369,7 @@ def test_matched_columns_are_in_the_order_given_and_numbers_have_nine_digits(tmp
         if common:
             assert compare_tables(was, now, match=["shift"]).cases == ["lateral_shift_mm 1"]
         else:
-            with pytest.raises(InputError, match="choose fewer or other columns for --match"):
+            with pytest.raises(InputError, match="choose fewer or different columns for --match"):
                 compare_tables(was, now, match=["shift"])
 
 
@@ -415,7 +415,7 @@ def test_two_cases_with_the_same_match_are_refused_and_what_tells_them_apart_is_
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
-        ({"fe_p_max_MPa": 1300.0}, "they differ in no input that both tables have; remove one of them"),
+        ({"fe_p_max_MPa": 1300.0}, "no input in both tables distinguishes them; remove one of them"),
         ({"resolution": None, "solver_element_size_mm_x": 0.2}, "in which they differ: solver_element_size_mm_x\n"),
         ({"speed_limit": 7.0}, "in which they differ: speed_limit\n"),
     ],
@@ -433,14 +433,14 @@ def test_a_case_without_a_value_to_match_by_is_named(tmp_path, capsys, missing):
     study, good = write_study(tmp_path / "study", rows), write_study(tmp_path / "good", rows[:1])
     for pair in ((study, good), (good, study)):
         err = refuse_comparison(capsys, *pair, "--match", "shift,resolution")
-        assert "'bad' has no value of resolution (1 of 2 have none)" in err
+        assert "'bad' has no value of resolution (1 of 2 cases have none)" in err
     assert call(["compare", str(study), str(study), "--match", "shift"]) == 0
 
 
 @pytest.mark.parametrize(
     ("match", "says"),
     [
-        ("shft", ["no column 'shft'", "did you mean shift?", "allowed are shift, load, roll, id, status, rail"]),
+        ("shft", ["no column 'shft'", "did you mean shift?", "allowed: shift, load, roll, id, status, rail"]),
         ("lateral_shift", ["no column 'lateral_shift'", "did you mean lateral_shift_mm?"]),
         ("shift,lode_kN", ["--match 'lode_kN': no column", "load_kN"]),
         ("yaw", ["no column 'yaw_mrad'"]),
@@ -463,7 +463,7 @@ def test_a_renamed_column_is_refused_with_the_table_that_lacks_it(tmp_path, caps
     for pair in ((was, now), (now, was)):
         err = refuse_comparison(capsys, *pair, "--match", "shift,load")
         assert f"--match 'shift': no column 'lateral_shift_mm' in {now / 'study.json'};" in err
-        assert "allowed are load, roll, id" in err
+        assert "allowed: load, roll, id" in err
     # if a table has a column with the short name, this column is used
     for folder in (was, now):
         for form in ("study.json", "study.csv"):
@@ -487,7 +487,7 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
         (
             [position_row(0.0, 50.0), position_row(1.0, 50.0)],
             [position_row(0.0, 50.0, resolution="fine"), position_row(1.0, 50.0, resolution="fine")],
-            ", or match them by their inputs with --match shift,load (2 in common)\n",
+            ", or match the cases by inputs with --match shift,load (2 in common)\n",
         ),
         # rolls that differ by rounding only
         (
@@ -515,7 +515,11 @@ def test_a_solved_case_is_matched_with_a_study(tmp_path):
         ),
         # completely different positions
         ([position_row(0.0, 50.0)], [position_row(1.0, 60.0)], ", such as --match shift,load\n"),
-        ([case_row("a", rail="x")], [case_row("b", rail="y")], "of the same study, at the same size\n"),
+        (
+            [case_row("a", rail="x")],
+            [case_row("b", rail="y")],
+            "of the same study, both with or both without --quick\n",
+        ),
     ],
 )
 def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was, now, says):
@@ -531,7 +535,7 @@ def test_nothing_in_common_by_id_suggests_what_to_match_by(tmp_path, capsys, was
 
 def test_nothing_is_the_same_without_a_column_to_compare(tmp_path, capsys):
     study = write_study(tmp_path / "study", [{"id": "a", "load_kN": 50.0, "seconds": 1.0}])
-    assert "no column to compare besides load_kN" in refuse_comparison(capsys, study, study, "--match", "load")
+    assert "no column to compare except load_kN" in refuse_comparison(capsys, study, study, "--match", "load")
     assert call(["compare", str(study), str(study)]) == 0
 
 
@@ -540,7 +544,9 @@ def test_a_tolerance_of_a_column_that_is_matched_by_is_refused(tmp_path, capsys)
     tolerances = tolerance_file(tmp_path, "[columns.load_kN]\nabsolute = 1\n")
     assert call(["compare", str(study), str(study), "--tolerance", str(tolerances)]) == 0
     capsys.readouterr()
-    assert "it is not compared" in refuse_comparison(capsys, study, study, "--tolerance", tolerances, "--match", "load")
+    assert "this column is not compared" in refuse_comparison(
+        capsys, study, study, "--tolerance", tolerances, "--match", "load"
+    )
 
 
 def test_exit_codes(tmp_path, capsys):
@@ -567,13 +573,13 @@ def test_exit_codes(tmp_path, capsys):
         ("semicolons.csv", "id;a_fe_mm\none;2\n", "neither a column id"),
         ("twice.csv", "id,a_fe_mm\none,2\none,2\n", "'row 1' and 'row 2' are both one"),
         ("columns.csv", "id,a_fe_mm,a_fe_mm\none,2,3\n", "column name appears twice"),
-        ("ragged.csv", "id,a_fe_mm\none,2,3\n", "row 1 has 3 values of 2"),
+        ("ragged.csv", "id,a_fe_mm\none,2,3\n", "row 1 has 3 values for 2 columns"),
         ("nameless.csv", "id,a_fe_mm\n,2\n", "no value of id"),
         ("map.csv", "lateral_shift_mm,load_kN\n,3\n", "no value of lateral_shift_mm"),
         ("samecell.csv", "lateral_shift_mm,load_kN\n1,3\n1.0,3.0\n", "are both lateral_shift_mm 1, load_kN 3"),
         ("bytes.csv", b"\xff\xfe\x00", "not CSV"),
         ("broken.json", "{", "is not valid JSON"),
-        ("list.json", "[1]", "no table of results"),
+        ("list.json", "[1]", "not a table of results"),
         ("map.json", '{"cells": []}', "no list of rows"),
         ("rows.json", '{"rows": [1]}', "no list of rows"),
         ("result.json", '{"schema": "fecontact/result/1", "status": "converged"}', "no list of rows"),
@@ -663,7 +669,7 @@ def test_a_table_that_was_changed_after_it_was_written_is_refused(tmp_path, caps
     for pair in ((good, bad), (bad, good)):
         err = refuse_comparison(capsys, *pair)
         assert f"{stem}{spoilt} was changed after it was written" in err
-        assert "run the study again, or move" in err
+        assert "run the study again, or restore the original files" in err
 
 
 def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
@@ -749,8 +755,8 @@ def test_effort_that_is_named_is_compared(tmp_path):
         ("[kinds.pressure]\nabsolute = '1'\n", "kinds.pressure.absolute is '1'"),
         ("[kinds]\npressure = 1e-3\n", "kinds.pressure is 0.001"),
         ("[column.fe_area_mm2]\nrelative = 1\n", "column is"),
-        ("[columns.verdict_answer]\nrelative = 1\n", "text and compared exactly"),
-        ("[columns.fe_p_mx_MPa]\nrelative = 1\n", "columns that are: status, rail, fe_p_max_MPa"),
+        ("[columns.verdict_answer]\nrelative = 1\n", "is text, which is compared exactly"),
+        ("[columns.fe_p_mx_MPa]\nrelative = 1\n", "this column is not compared; allowed: status, rail, fe_p_max_MPa"),
     ],
 )
 def test_a_wrong_tolerance_file_is_exit_code_2(tmp_path, capsys, text, says):
@@ -1010,7 +1016,7 @@ def test_an_update_says_what_changed(tmp_path, capsys):
     assert load_table(folder / "mine.csv").rows.loc["one", "fe_p_max_MPa"] == "1300"
     replaced = update_baseline(write_study(tmp_path / "three", [case_row("x")]), folder, reason="other cases")
     assert replaced.comparison is None
-    assert replaced.text == "2 cases replaced by 1 other case"
+    assert replaced.text == "2 cases replaced by 1 new case"
 
 
 @pytest.mark.parametrize("reason", ["", "   "])

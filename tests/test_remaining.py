@@ -154,8 +154,8 @@ def test_meshes_say_how_long_they_take_by_what_the_finest_ones_took(monkeypatch)
     assert stages == [
         "first meshes",
         f"coarser meshes, for the uncertainty, about {8.0 * 0.5**1.16:.0f} s left",
-        f"finer meshes, because the verdict is open, about {8.0 * 2.0**1.16:.0f} s left if these decide it",
-        "finer meshes, because the verdict, or that of the elements by themselves, is open",
+        f"finer meshes, because the verdict is unresolved, about {8.0 * 2.0**1.16:.0f} s left if these resolve it",
+        "finer meshes, because the verdict, or the verdict on the nodes of the elements, is unresolved",
     ]
     # from then on, the finest meshes count
     assert meshes._left_s([level], 30_000.0) == pytest.approx(16.0)

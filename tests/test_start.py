@@ -590,7 +590,7 @@ def test_an_end_from_outside_while_workers_begin_is_one_line(tmp_path, ended_by,
     (os.killpg if ended_by == signal.SIGINT else os.kill)(process.pid, ended_by)
     _, err = process.communicate(timeout=600)
     assert "Traceback" not in err
-    assert err.splitlines()[-1] == "interrupted; what was finished is kept"
+    assert err.splitlines()[-1] == "interrupted; finished results are kept"
     assert process.returncode in (130, -signal.SIGINT)
 
 
@@ -601,7 +601,7 @@ def test_an_end_before_the_first_job_says_what_is_kept(tmp_path, monkeypatch):
     monkeypatch.setattr("fecontact.jobs.engine.remove_unfinished", interrupted)
     with pytest.raises(KeyboardInterrupt) as ended, open_run(tmp_path, tmp_path / "cases", RunSettings()):
         pass
-    assert ended.value.__notes__ == ["what was finished is kept"]
+    assert ended.value.__notes__ == ["finished results are kept"]
 
 
 def test_an_interrupted_solution_says_nothing_of_what_is_kept(monkeypatch, capsys):

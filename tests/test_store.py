@@ -110,7 +110,7 @@ def test_a_damaged_file_is_named(tmp_path, file, damage):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('"fecontact/stored/1"', '"fecontact/stored/0"', "has another layout"),
+        ('"fecontact/stored/1"', '"fecontact/stored/0"', "does not have the layout"),
         ('"files": {', '"file": {', "is damaged"),
         ('"run": "run 1"', '"run": 1', "is damaged"),
     ],
@@ -127,7 +127,7 @@ def test_a_manifest_of_another_layout_is_said(tmp_path, old, new, says):
 def test_the_result_of_other_inputs_under_a_case_s_name_is_said(tmp_path):
     name = stored(tmp_path)
     other_folder = name_case_folder(tmp_path, name).rename(name_case_folder(tmp_path, "other"))
-    assert "other inputs" in (check_stored_job(other_folder, "other", determine_origin(CASE)).problem or "")
+    assert "different inputs" in (check_stored_job(other_folder, "other", determine_origin(CASE)).problem or "")
 
 
 def test_another_version_is_a_reason(tmp_path):

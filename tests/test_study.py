@@ -289,7 +289,7 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path, serial):
 def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_kept(tmp_path, count):
     fake_solve.plan(tmp_path, kN60="die", all="sleep 0.1")
     outcome = run(tmp_path, study((50, 60, 70)), workers=count)
-    assert statuses(outcome) == ["converged", "failed: its process died twice (out of memory?)", "converged"]
+    assert statuses(outcome) == ["converged", "failed: the process died twice (out of memory?)", "converged"]
     assert fake_solve.solves(tmp_path).count(make_case_id(case(60))) == 2
 
 
@@ -299,7 +299,7 @@ def test_a_full_disk_that_ends_the_process_is_named_and_its_room_given_back(tmp_
     usage = type("Usage", (), {"free": 1e6})
     monkeypatch.setattr(workers.shutil, "disk_usage", lambda path: usage)
     outcome = run(tmp_path, study((60,)), workers=1)
-    assert statuses(outcome) == ["failed: its process died twice (disk full?)"]
+    assert statuses(outcome) == ["failed: the process died twice (disk full?)"]
     assert not list((tmp_path / "cases").iterdir())
 
 
@@ -512,7 +512,7 @@ def test_a_command_whose_worker_is_killed_says_so(feature, words):
 
 @pytest.mark.parametrize(
     ("settings", "says"),
-    [({"workers": 0}, "workers is 0"), ({"threads": 0}, "threads is 0"), ({"part": (3, 2)}, "part 3/2")],
+    [({"workers": 0}, "workers is 0"), ({"threads": 0}, "threads is 0"), ({"part": (3, 2)}, "part is 3/2")],
 )
 def test_settings_that_cannot_be(settings, says):
     with pytest.raises(InputError, match=says):
@@ -608,7 +608,7 @@ def test_dask_workers_of_another_version_solve_nothing_and_others_do_their_jobs(
         # once, and not for each job that it was handed
         (said,) = [record.getMessage() for record in caplog.records if "not like" in record.getMessage()]
         assert "fecontact 0.1.0 -> 99" in said
-        assert "go to other workers" in said
+        assert "other workers take its jobs" in said
         # a job alone, with the scheduler's turn at each of both workers, is not handed to the same one for ever
         for load in (100.0, 110.0):
             with ThreadPoolExecutor(1) as runner:
@@ -621,7 +621,7 @@ def test_dask_workers_of_another_version_solve_nothing_and_others_do_their_jobs(
         # none is left that could
         processes[2].kill()
         wait_until(lambda: _workers(address) == 1)
-        with pytest.raises(InputError, match=r"fecontact 0\.1\.0 -> 99.*start workers of the same installation"):
+        with pytest.raises(InputError, match=r"fecontact 0\.1\.0 -> 99.*start workers with the same installation"):
             run(tmp_path / "none", scheduler=address)
 
 
@@ -643,7 +643,7 @@ def test_a_scheduler_that_is_lost_is_said_in_a_line_and_the_run_goes_on(tmp_path
         running = runner.submit(run, out, scheduler=address)
         wait_until(lambda: len(fake_solve.solves(out)) >= 2 or running.done())
         processes[0].kill()
-        with pytest.raises(WorkersLost, match=rf"scheduler {address}: lost .* give the same command") as lost:
+        with pytest.raises(WorkersLost, match=rf"scheduler {address}: connection lost .* run the same command") as lost:
             running.result(timeout=120)
         assert "\n" not in str(lost.value)
     assert len(table(out / "study.csv")) == 1
@@ -686,7 +686,7 @@ def test_a_scheduler_that_is_not_there(tmp_path, monkeypatch):
 def test_a_dask_worker_on_other_threads_is_refused(tmp_path):
     with (
         dask_cluster(tmp_path, 1, MKL_NUM_THREADS="2") as (address, _),
-        pytest.raises(InputError, match="MKL_NUM_THREADS is 2, not 1"),
+        pytest.raises(InputError, match="MKL_NUM_THREADS is 2; required: 1"),
     ):
         run(tmp_path / "out", scheduler=address)
 

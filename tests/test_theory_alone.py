@@ -104,7 +104,7 @@ def test_a_theory_that_is_out_of_its_range_says_so(capsys):
     assert "all" in text
     code, text, _ = printed(capsys, "theory", "multi_hertz", *options[:-1], "0.05")
     assert code == 0
-    assert "undefined here, Hertz is shown" in text
+    assert "not defined here; Hertz is shown" in text
     code, text, _ = printed(capsys, "theory", "kpec", *options, "--json")
     record = json.loads(text)
     assert (code, record["status"]) == (3, "out of range")

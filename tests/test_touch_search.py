@@ -239,7 +239,7 @@ def test_a_refused_shift_names_the_range_that_works(case):
 def test_a_climbing_flange_is_taken_if_it_is_asked_for():
     derailing = pair_with(load_library_profile("S1002")).placed(8.5, 0.0, 0.0)
     assert "derails" in derailing
-    assert derailing.endswith("beyond the steepest place of its flange (--flange-climb takes it nevertheless)")
+    assert derailing.endswith("beyond the steepest place of its flange (--flange-climb allows this)")
     climbing = [place_case(Case(lateral_shift_mm=shift, roll="given", flange_climb=True)) for shift in (7.0, 8.5, 12.0)]
     assert [placement.climbs for placement in climbing] == [False, True, True]
     angles = [placement.first.contact_angle_rad for placement in climbing]

@@ -73,13 +73,13 @@ def test_lines_of_studies_that_were_not_run_are_kept():
     assert list(again) == ["VALIDATION.md", "validation/02_two.md"]
     text = again["VALIDATION.md"]
     assert "3 checks, 0 failed" in text
-    assert "fecontact 1 in the last run, of 02_two alone" in text
+    assert "fecontact 1. The last run had only 02_two." in text
     assert "**No usable result: 03_x: a**" in text
     lines = [line for line in text.splitlines() if line.startswith("| [")]
     assert [line[3:9] for line in lines] == ["01_one", "02_two"]
     assert lines[0] in first["VALIDATION.md"]
     text_of_all = render_reports({"01_one": [], "02_two": []}, {"01_one": "", "02_two": "", "03_x": ""}, {}, [], text)
-    assert "in the last run" not in text_of_all["VALIDATION.md"]
+    assert "The last run" not in text_of_all["VALIDATION.md"]
     assert "0 checks, 0 failed" in text_of_all["VALIDATION.md"]
 
 

@@ -528,7 +528,7 @@ def solve_gap_contact(
     if solution.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[1]} by {grid.shape[0]} nodes did not converge (residual"
-            f" {solution.residual:.1e} of the approach); try another load or place"
+            f" {solution.residual:.1e} of the approach); try a different load or position"
         )
     whole_field = Field.of_nodes(grid, solution.pressure_MPa).whole()
     rail_grid = ContactGrid(x_mm=grid.s_mm, s_mm=whole_field.grid.x_mm, half=False)
@@ -564,8 +564,8 @@ def _build_coarse_grid(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> Cont
     rows, columns = np.flatnonzero(is_near.any(axis=1)), np.flatnonzero(is_near.any(axis=0))
     if rows[0] == 0 or rows[-1] == x.size - 1 or columns[-1] == y.size - 1:
         raise InputError(
-            f"the contact reaches further than {x[-1]:g} by {y[-1]:g} mm from its middle; reduce the load, or the"
-            " depth of the irregularity"
+            f"the contact patch reaches further than {x[-1]:g} by {y[-1]:g} mm from its middle; reduce the load or"
+            " the depth of the irregularity"
         )
     low, high, half_width = x[rows[0] - 1], x[rows[-1] + 1], y[columns[-1] + 1]
     return _build_grid(
@@ -596,8 +596,8 @@ def _build_grid(low: float, high: float, half_width: float, step_x: float, step_
     count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(half_width / step_y)) + 3
     if count_x * count_y > _MAX_NODES:
         raise ConvergenceError(
-            f"the contact would need {count_x} by {count_y} nodes, and at most {_MAX_NODES} are solved: its shortest"
-            " piece is too short relative to the whole; try another place along the irregularity"
+            f"the contact needs {count_x} by {count_y} nodes; allowed: at most {_MAX_NODES}; its shortest patch is too"
+            " short relative to the whole contact; try a different distance along the irregularity"
         )
     middle = 0.5 * (low + high)
     x = middle + step_x * (np.arange(count_x) - 0.5 * (count_x - 1))

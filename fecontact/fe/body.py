@@ -96,7 +96,7 @@ class ElasticBody:
 
 def _refuse_without_factor(forces: Floats, tolerance: float) -> Floats:
     """Raise the error of a body that was read from a pickle."""
-    raise InputError("a body that was pickled has no factor of its stiffness; solve the case again")
+    raise InputError("a body that was read from a pickle has no factor of its stiffness matrix; solve the case again")
 
 
 def make_elastic_body(

@@ -183,19 +183,21 @@ def check_mesh(mesh: BodyMesh) -> None:
     jacobian = float(corner_jacobians(mesh).min())
     if jacobian <= 0.0:
         raise FoldedMeshError(
-            f"{mesh.name}: the mesh folds (smallest Jacobian {jacobian:.3g} mm^3); use a finer or coarser resolution,"
-            " another cut, or check the profile for sharp corners next to the contact zone"
+            f"{mesh.name}: the mesh folds (smallest Jacobian {jacobian:.3g} mm^3); use a finer or coarser resolution"
+            " or a different cut, or check the profile for sharp corners next to the contact zone"
         )
     volume = mesh_volume(mesh)
     assert abs(volume - mesh.volume_mm3) < 1e-9 * volume, (
-        f"{mesh.name}: volume {volume} instead of {mesh.volume_mm3} mm^3"
+        f"{mesh.name}: the volume is {volume} mm^3 instead of {mesh.volume_mm3} mm^3"
     )
     outward = 1.0 if mesh.name == "rail" else -1.0
     if mesh.opposite is not None:
         differences, sums = (mesh.points + sign * mesh.points[mesh.opposite] for sign in (-1.0, 1.0))
         axes = select_half(mesh)[1]
         asymmetry = max(np.abs(differences @ axes[:, 1:]).max(), np.ptp(sums @ axes[:, 0]))
-        assert asymmetry < 1e-9 * np.ptp(mesh.points), f"{mesh.name}: {asymmetry:.2g} mm off its own mirror image"
+        assert asymmetry < 1e-9 * np.ptp(mesh.points), (
+            f"{mesh.name}: the mesh differs from its mirror image by {asymmetry:.2g} mm"
+        )
     # The mean only: around a corner some normals may point sideways or even backwards.
     mean_outward = outward * float(surface_normals(mesh, "contact")[:, 2].mean())
     assert mean_outward > 0.0, f"{mesh.name}: contact normals point inwards"

@@ -232,8 +232,8 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     covered, area = float(weights.sum()), float(np.ptp(grid.x_mm) * np.ptp(grid.s_mm))
     if abs(covered - area) > 1e-9 * area:
         raise CoverageError(
-            f"the wheel's surface covers {covered:.3f} of the {area:.3f} mm^2 of the rail's contact zone; use smaller"
-            " elements or another lateral position"
+            f"the wheel surface covers {covered:.3f} of the {area:.3f} mm^2 of the rail's contact zone; use smaller"
+            " elements or a different lateral shift"
         )
 
     xi = (points - low[pair]) / (high - low)[pair]

@@ -113,8 +113,8 @@ def choose_solver(
         return "pardiso" if is_pardiso_available() and has_memory and is_cheaper else "amg"
     if solver == "pardiso" and not is_pardiso_available():
         raise InputError(
-            "solver pardiso: MKL cannot be loaded here; pip install pypardiso (x86-64 Linux and Windows), or use auto"
-            " or amg"
+            "solver pardiso: MKL cannot be loaded; run pip install pypardiso (x86-64 Linux and Windows), or use solver"
+            " auto or amg"
         )
     return solver
 
@@ -179,8 +179,8 @@ class _PardisoFactor:
         except PyPardisoError as error:
             # for example because a pivot is zero in single precision
             raise ConvergenceError(
-                f"solver pardiso: no factor of {forces.size} degrees of freedom ({error}); use the amg solver or a"
-                " coarser resolution"
+                f"solver pardiso: the matrix of {forces.size} degrees of freedom has no factor ({error}); use the amg"
+                " solver or a coarser resolution"
             ) from error
 
     def __call__(self, forces: Floats) -> Floats:
@@ -343,7 +343,7 @@ class ConjugateGradients:
             other_solver = "amg" if self._solver == "pardiso" else "pardiso"
             raise ConvergenceError(
                 f"solver {self._solver}: residual {residual / norm:.1e} after {max_iterations} iterations"
-                f" (wanted {tolerance:g}); use the {other_solver} solver or a coarser resolution"
+                f" (allowed: at most {tolerance:g}); use the {other_solver} solver or a coarser resolution"
             )
         self._earlier_solutions.append((load, u))
         return np.asarray(u)

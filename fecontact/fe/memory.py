@@ -40,6 +40,6 @@ def check_memory(needed_bytes: float, what: str) -> None:
     available = float(psutil.virtual_memory().available)
     if needed_bytes > available:
         raise MemoryShortageError(
-            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory, {available / 1e9:.1f} GB are available;"
-            " use a coarser resolution, the amg solver, or a larger machine"
+            f"{what} needs about {needed_bytes / 1e9:.1f} GB of memory; {available / 1e9:.1f} GB are available;"
+            " use a coarser resolution, the amg solver, or a machine with more memory"
         )

@@ -329,7 +329,7 @@ def check_on_profiles(placement: Placement, rail: BodyMesh, wheel: BodyMesh) -> 
             s = s + (y - foot.y) * along + (z - foot.z) * up
         distance = float(np.abs(across).max())
         assert distance < _MAX_OFF_PROFILE_MM, (
-            f"{profile.kind} {profile.name}: its mesh is {distance:.2g} mm beside its surface"
+            f"{profile.kind} {profile.name}: the mesh is {distance:.2g} mm away from the surface"
         )
 
 
@@ -377,12 +377,12 @@ def _section_zone(profile: Profile, zone: FineZone, ranges: list[tuple[float, fl
     """
     stretches = tuple(Stretch(low_mm=low, high_mm=high, intervals=intervals) for low, high, intervals in ranges)
     if any(before.high_mm >= after.low_mm for before, after in pairwise(stretches)):
-        raise FoldedMeshError(f"{profile.kind} {profile.name}: two bands of the contact zone meet on its surface")
+        raise FoldedMeshError(f"{profile.kind} {profile.name}: two bands of the contact zone overlap on the surface")
     low, high = stretches[0].low_mm, stretches[-1].high_mm
     if low <= 0.0 or high >= profile.length_mm:
         raise CoverageError(
-            f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile leaves"
-            f" its running surface (0 to {profile.length_mm:.2f} mm); give a longer line or another lateral position"
+            f"{profile.kind} {profile.name}: the contact zone from {low:.2f} to {high:.2f} mm along the profile extends"
+            f" beyond the running surface (0 to {profile.length_mm:.2f} mm); give a longer profile or a different shift"
         )
     columns = place_nodes(stretches)
     places = np.union1d(columns, np.linspace(low, high, _DEPTH_PLACES))
@@ -424,8 +424,8 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
     )
     if -depth >= min(start[1], end[1]) - 1.0:
         raise InputError(
-            f"rail depth {depth:g} mm: the running line of {profile.name} reaches down to {-min(start[1], end[1]):.1f}"
-            " mm; cut the rail at least 1 mm below that"
+            f"rail depth {depth:g} mm: the running surface of {profile.name} reaches down to"
+            f" {-min(start[1], end[1]):.1f} mm; give a rail depth at least 1 mm larger"
         )
     if not profile.outline:
         return np.array([[start[0], -depth], [end[0], -depth]])
@@ -433,7 +433,9 @@ def _rail_closure(profile: Profile, depth: float) -> Floats:
     line = np.vstack([_segment_points(segment) for segment in profile.outline[len(profile.segments) :]])
     line = line[np.append(True, np.hypot(*np.diff(line, axis=0).T) > _SAME_POINT_MM)][1:-1]
     if depth >= -line[:, 1].min():
-        raise InputError(f"rail depth {depth:g} mm: {profile.name} is only {-line[:, 1].min():.1f} mm high")
+        raise InputError(
+            f"rail depth {depth:g} mm: {profile.name} is {-line[:, 1].min():.1f} mm high; give a smaller depth"
+        )
     below_cut = np.flatnonzero(line[:, 1] <= -depth)
     first, last = int(below_cut[0]), int(below_cut[-1])
     right = _point_at_depth(line[first - 1] if first > 0 else np.array(start), line[first], depth)
@@ -478,8 +480,8 @@ def make_too_short_error(what: str, half_length_mm: float, zone_mm: str) -> Inpu
         The error, which the caller raises.
     """
     return InputError(
-        f"{what} of {half_length_mm:g} mm must reach at least two elements past the contact zone ({zone_mm} mm):"
-        " give a larger half_length_mm, or a smaller load or stiffer steel if that is a mistake"
+        f"{what} is {half_length_mm:g} mm; allowed: at least two elements more than the contact zone ({zone_mm} mm);"
+        " give a larger half_length_mm, or correct the load or Young's modulus if they are wrong"
     )
 
 

@@ -190,8 +190,8 @@ def mesh_section(
     if _has_crossing_sides(ring):
         zone_width, zone_depth = zone.high_mm - zone.low_mm, float(zone.depth_mm.max())
         raise CoverageError(
-            f"{profile.kind} {profile.name}: the body is cut too close below its running surface for a contact zone of"
-            f" {zone_width:.2f} mm, which is meshed {zone_depth:.2f} mm deep; cut it deeper (rail depth, rim thickness)"
+            f"{profile.kind} {profile.name}: the cut is too close to the running surface for a contact zone of"
+            f" {zone_width:.2f} mm, which is meshed {zone_depth:.2f} mm deep; give a larger rail depth or rim thickness"
         )
     fill_points, fill_quads = _mesh_polygon(ring)
 

@@ -74,7 +74,7 @@ def dask_crew(address: str, lock: Path, threads: int) -> Iterator[Crew]:
                 executor.shutdown(wait=False)
 
         # each problem of a worker is logged once
-        log_once = cache(lambda problem: _LOG.warning("%s; its jobs go to other workers", problem))
+        log_once = cache(lambda problem: _LOG.warning("%s; other workers take its jobs", problem))
         client.subscribe_topic(_TOPIC, lambda event: log_once(event[1]))
         # all jobs are handed out at once: the cluster distributes them, and runs the jobs of a lost worker again
         yield Crew(
@@ -113,15 +113,15 @@ def _refuse_if_all_differ(client: Any, job: Job) -> None:
     problems = client.run(describe_worker_differences, job, on_error="return")
     if problems and all(problems.values()):
         worker, problem = next(iter(problems.items()))
-        raise InputError(f"worker {worker}: {problem}; start workers of the same installation")
+        raise InputError(f"worker {worker}: {problem}; start workers with the same installation")
 
 
 def _explain_loss(client: Any, address: str) -> str | None:
     if client.status == "running":
         return None
     return (
-        f"scheduler {address}: lost while its workers solved; finished jobs are kept: start a scheduler and workers,"
-        " and give the same command with the scheduler's address"
+        f"scheduler {address}: connection lost during the run; finished jobs are kept; start a scheduler and workers,"
+        " and run the same command with the new address"
     )
 
 
@@ -132,13 +132,13 @@ def _connect(address: str) -> Iterator[Any]:
         # distributed is typed only in part
         distributed: Any = import_module("distributed")
     except ImportError as error:
-        raise InputError("--scheduler needs the package distributed: pip install distributed") from error
+        raise InputError("--scheduler needs the package distributed; install it: pip install distributed") from error
     try:
         client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"scheduler {address}: not reachable within {_CONNECT_S} s ({error}); start one with `dask scheduler`, its"
-            " address is the one it prints"
+            f"scheduler {address}: not reachable within {_CONNECT_S} s ({error}); start a scheduler with `dask"
+            " scheduler`, and give the address that it prints"
         ) from error
     try:
         with _silence_loggers():
@@ -173,13 +173,13 @@ def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
         client.wait_for_workers(1, timeout=_FIRST_WORKER_S)
     except TimeoutError as error:
         raise InputError(
-            f"scheduler {address}: it has had no worker for {_FIRST_WORKER_S} s; start some with"
+            f"scheduler {address}: no worker within {_FIRST_WORKER_S} s; start workers with"
             f" `dask worker {address} --nthreads 1`"
         ) from error
     for worker, count in client.nthreads().items():
         if count != 1:
             raise InputError(
-                f"worker {worker} runs {count} tasks at once, and gmsh only one a process; start it with --nthreads 1"
+                f"worker {worker} runs {count} tasks at once; allowed: 1, because of gmsh; start it with --nthreads 1"
             )
     for worker, problem in client.run(find_worker_problem, lock, threads, on_error="return").items():
         if problem:
@@ -202,12 +202,12 @@ def find_worker_problem(lock: Path, threads: int) -> str | None:
         The problem: this process does not see the folder, or has another number of threads. None without a problem.
     """
     if problem := describe_wrong_threads(threads):
-        return f"{problem}; set it before the worker is started, and --threads likewise"
+        return f"{problem}; set it before you start the worker, and give the same number with --threads"
     end = time.monotonic() + _LOCK_FILE_WAIT_S
     while not os.path.exists(lock):
         if time.monotonic() > end:
             return (
-                f"{socket.gethostname()} does not see {lock}; --out must be on a file system that all workers share,"
+                f"{socket.gethostname()} does not see {lock}; give an --out on a file system that all workers share,"
                 " under the same path"
             )
         time.sleep(0.2)

@@ -50,9 +50,9 @@ class RunSettings:
     def __post_init__(self) -> None:
         for name, value in (("workers", self.workers), ("threads", self.threads)):
             if value is not None and value < 1:
-                raise InputError(f"{name} is {value}; allowed: 1 and more")
+                raise InputError(f"{name} is {value}; allowed: at least 1")
         if self.part is not None and not 1 <= self.part[0] <= self.part[1]:
-            raise InputError(f"part {self.part[0]}/{self.part[1]}: allowed are 1/N to N/N")
+            raise InputError(f"part is {self.part[0]}/{self.part[1]}; allowed: 1/N to N/N")
 
     @property
     def part_suffix(self) -> str:
@@ -85,7 +85,7 @@ def parse_part(text: str) -> tuple[int, int]:
     """
     match = re.fullmatch(r"(\d+)/(\d+)", text.strip())
     if match is None:
-        raise InputError(f"part {text!r}: give the number of the part and the number of parts, such as 2/4")
+        raise InputError(f"part is {text!r}; give the number of the part and the number of parts, such as 2/4")
     return int(match[1]), int(match[2])
 
 
@@ -156,7 +156,7 @@ def open_run(out: Path, store: Path, settings: RunSettings, progress: Progress |
                 remove_leftovers(store)
     except KeyboardInterrupt as error:
         # also for an interruption before the first job, as soon as the folder is locked
-        error.add_note("what was finished is kept")
+        error.add_note("finished results are kept")
         raise
 
 
@@ -281,8 +281,8 @@ class _JobProgress:
         if self._program_errors:
             first = self._program_errors[0]
             raise ProgramError(
-                f"{len(self._program_errors)} of {len(self._jobs)} jobs ended with an error of the program, the first"
-                f" one ({self._labels[first.name]}) with {first.failure} in {self._folders[first.name].parent}; such a"
-                " job has no result; please report the error with this file; all other jobs are kept, and the same"
-                " command resumes with a corrected program"
+                f"{len(self._program_errors)} of {len(self._jobs)} jobs ended with an error of the program, first"
+                f" {self._labels[first.name]}: {first.failure} in {self._folders[first.name].parent}; report the error"
+                " with this file; these jobs have no result, all other jobs are kept; run the same command again with a"
+                " corrected program"
             )

@@ -239,7 +239,7 @@ def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
     if isinstance(manifest, str):
         return StoredJob(found=True, problem=manifest)
     if manifest["id"] != name:
-        return StoredJob(found=True, problem=f"the folder holds the result of other inputs ({manifest['id']})")
+        return StoredJob(found=True, problem=f"the folder has the result of different inputs ({manifest['id']})")
     if changes := describe_differences(manifest["solved_by"], origin.solved_by):
         return StoredJob(found=True, problem=f"made by another version: {changes}")
     changes = describe_differences(manifest["evaluated_by"], origin.evaluated_by)
@@ -273,7 +273,7 @@ def _read_manifest(folder: Path) -> dict[str, Any] | str:
     except InputError:
         return f"{MANIFEST} is missing or damaged"
     if not isinstance(manifest, dict) or manifest.get("schema") != SCHEMA:
-        return f"{MANIFEST} has another layout than {SCHEMA}"
+        return f"{MANIFEST} does not have the layout {SCHEMA}"
     shape = {"id": str, "solved_by": dict, "evaluated_by": dict, "run": str, "files": dict}
     if (
         not all(isinstance(manifest.get(key), expected_type) for key, expected_type in shape.items())
@@ -289,14 +289,14 @@ def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
         try:
             path = folder / name
             if not path.resolve().is_relative_to(folder.resolve()):
-                return f"{name} is no file of this folder"
+                return f"{name} is not a file of this folder"
             actual = hash_file(path)
         except FileNotFoundError:
             return f"{name} is missing"
         except OSError as error:
             return f"{name} cannot be read ({error.strerror})"
         except ValueError:
-            return f"{MANIFEST} names a file {name!r:.60} that none can be"
+            return f"{MANIFEST} names {name!r:.60}, which cannot be the name of a file"
         if actual != digest:
             return f"{name} is damaged (its checksum differs)"
     return None
@@ -382,11 +382,12 @@ def _lock_file(path: Path, holder: str, *, shared: bool = False) -> Iterator[Non
         except BlockingIOError:
             raise InputError(
                 f"{path.parent} is in use by {file.read().strip() or 'another run'}; wait for it, end it, or give"
-                " another --out"
+                " a different --out"
             ) from None
         except OSError as error:
             raise InputError(
-                f"{path}: its file system cannot lock files ({error.strerror}); choose another --out"
+                f"{path}: its file system cannot lock files ({error.strerror}); give an --out on a different file"
+                " system"
             ) from error
         file.truncate(0)
         file.write(holder + "\n")

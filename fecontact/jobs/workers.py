@@ -227,11 +227,11 @@ def _do_job(job: Job) -> JobOutcome:
     with replace_folder(job.folder, job.name, job.origin, job.run) as folder:
         output = job.work(folder, job.folder if is_to_judge else None)
         if output.short_of_memory and not job.alone:
-            raise MemoryShortageError("there was not enough memory to solve it as far as it would have been alone")
+            raise MemoryShortageError("not enough memory to solve the job completely while other jobs run")
     error_file(job.folder).unlink(missing_ok=True)
     stored = check_stored_job(job.folder, job.name, job.origin)
     if not stored.usable:
-        raise OSError(f"what was written cannot be read again: {stored.problem or stored.outdated}")
+        raise OSError(f"the written files cannot be read: {stored.problem or stored.outdated}")
     value = _read_value(job) if output.value is None else output.value
     return JobOutcome(name=job.name, value=value, unreadable=unreadable)
 
@@ -260,7 +260,7 @@ def describe_worker_differences(job: Job) -> str | None:
     )
     differences = ", ".join(filter(None, changes))
     return (
-        f"worker on {socket.gethostname()} is not like the one that started the run: {differences}"
+        f"worker on {socket.gethostname()} has different versions or sources from the run: {differences}"
         if differences
         else None
     )
@@ -492,7 +492,7 @@ def describe_wrong_threads(threads: int) -> str | None:
     """
     for name in _THREAD_VARIABLES:
         if os.environ.get(name) != str(threads):
-            return f"its {name} is {os.environ.get(name, 'not set')}, not {threads}"
+            return f"{name} is {os.environ.get(name, 'not set')}; required: {threads}"
     return None
 
 
@@ -524,7 +524,7 @@ def open_evaluators(count: int, *, here: bool, workers: int | None = None) -> It
         If a worker process ends early.
     """
     if workers is not None and workers < 1:
-        raise InputError(f"workers is {workers}; allowed: 1 and more")
+        raise InputError(f"workers is {workers}; allowed: at least 1")
     if here or current_process().daemon:
         yield map
         return
@@ -534,7 +534,7 @@ def open_evaluators(count: int, *, here: bool, workers: int | None = None) -> It
             yield partial(executor.map, chunksize=max(1, min(50, count // (4 * workers))))
     except BrokenExecutor as error:
         raise WorkersLost(
-            "a worker process ended early (killed, or out of memory?); give less at a time, or fewer workers"
+            "a worker process ended early (killed or out of memory?); give fewer inputs at a time, or use fewer workers"
         ) from error
 
 
@@ -656,7 +656,7 @@ def _run_alone(job: Job, crew: Crew, report: JobReceiver, *, deaths: int) -> Job
     # ParaView's writers can end the process if the disk is full, so free space is read before files are removed
     full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
     remove_leftovers(job.folder.parent, job.name)
-    return JobOutcome(name=job.name, failure=f"its process died twice ({'disk full' if full else 'out of memory'}?)")
+    return JobOutcome(name=job.name, failure=f"the process died twice ({'disk full' if full else 'out of memory'}?)")
 
 
 def _collect_outcome(
@@ -677,7 +677,7 @@ def _collect_outcome(
     except CancelledError as error:
         if crew.lost is not None and (reason := crew.lost()):
             raise WorkersLost(reason) from error
-        failure = f"the cluster gave it up ({error or 'no reason'})"
+        failure = f"the cluster gave up this job ({error or 'no reason given'})"
     except InputError as error:
         failure = str(error)
     except Exception as error:

@@ -46,17 +46,17 @@ def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, f
     """
     y_mm = touch.wheel_y_mm
     if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
-        return f"the wheel leaves the rail: the corner of its tread at y = {y_mm:.2f} mm carries it"
+        return f"the wheel leaves the rail: the contact point is on the corner of its tread, at y = {y_mm:.2f} mm"
     # A wheel on the chamfer beyond the tread's corner slides down between the rails.
     is_beyond_corner = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
     if is_beyond_corner and touch.contact_angle_rad > _CHAMFER_RAD:
-        return f"the wheel leaves the rail: its chamfer carries it, at y = {y_mm:.2f} mm"
+        return f"the wheel leaves the rail: the contact point is on its chamfer, at y = {y_mm:.2f} mm"
     if not climbs:
         return ""
-    where = f"the wheel derails: the rail touches it at y = {y_mm:.2f} mm, beyond the"
+    where = f"the wheel derails: the contact point is at y = {y_mm:.2f} mm, beyond the"
     if y_mm <= _locate_flange(wheel)[0]:
         return f"{where} top of its flange"
-    return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb takes it nevertheless)"
+    return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb allows this)"
 
 
 def is_beyond_flank(wheel: Profile, y_mm: float) -> bool:

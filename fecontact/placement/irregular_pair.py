@@ -66,8 +66,8 @@ def _irregular_contact_points(smooth: ContactPoint, along: PlacedIrregularities)
     minima = find_gap_minima(0.5 * xx, lambda x: along.opening_mm(x + smooth.x_mm), reach)
     if is_on_edge(minima, tuple(kink - smooth.x_mm for kink in along.kinks_x_mm), reach):
         raise InputError(
-            f"at {along.distance_mm:g} mm the wheel stands on an edge of its irregularity, where there is no curvature"
-            " and the pressure has no bound; give a haversine, a table with the edge's radius, or another distance"
+            f"at {along.distance_mm:g} mm the contact point is on an edge of the irregularity, where the pressure has"
+            " no bound; give a haversine, a table with the radius of the edge, or a different distance"
         )
     return [
         replace(

@@ -78,12 +78,14 @@ class Irregularity:
     [0.4, 0.2, 0.0]
     """
 
-    kind: IrregularityKind = choice_field(MISSING, "Its shape", get_args(IrregularityKind), label="irregularity")
-    wavelength_mm: float | None = number_field(None, "Of a sine", remedy=_REMEDY)
-    amplitude_mm: float | None = number_field(None, "Half of peak to valley of a sine", remedy=_REMEDY)
-    phase_rad: float = number_field(0.0, "Of a sine", low=-1e6, high=1e6)
-    length_mm: float | None = number_field(None, "Of a flat", remedy=_REMEDY)
-    depth_mm: float | None = number_field(None, "Of a flat", remedy=_REMEDY)
+    kind: IrregularityKind = choice_field(
+        MISSING, "Shape of the irregularity", get_args(IrregularityKind), label="irregularity"
+    )
+    wavelength_mm: float | None = number_field(None, "Wavelength of a sine", remedy=_REMEDY)
+    amplitude_mm: float | None = number_field(None, "Amplitude of a sine, half of peak to valley", remedy=_REMEDY)
+    phase_rad: float = number_field(0.0, "Phase of a sine", low=-1e6, high=1e6)
+    length_mm: float | None = number_field(None, "Length of a flat", remedy=_REMEDY)
+    depth_mm: float | None = number_field(None, "Depth of a flat", remedy=_REMEDY)
     points_mm: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
@@ -99,14 +101,16 @@ class Irregularity:
             if name in required and not has_value:
                 raise InputError(f"irregularity {self.kind}: {name} is missing; give {' and '.join(required)}")
             if has_value and name not in possible:
-                raise InputError(f"irregularity {self.kind}: it has no {name}; allowed: {', '.join(possible)}")
+                raise InputError(
+                    f"irregularity {self.kind}: {name} is not an input of this kind; allowed: {', '.join(possible)}"
+                )
         if self.kind == "table":
             _check_points(self.points_mm)
         if self.largest_slope > MAX_SLOPE:
             raise InputError(
-                f"irregularity {self.kind}: its largest slope is {self.largest_slope:.3g}; allowed: up to"
-                f" {MAX_SLOPE:g}, beyond which it is a shape of the body and no line to be added to a gap; smooth it,"
-                " or give the wheel or rail that has it"
+                f"irregularity {self.kind}: its largest slope is {self.largest_slope:.3g}; allowed: at most"
+                f" {MAX_SLOPE:g}, because a steeper irregularity cannot be added to the gap; give a smaller depth or"
+                " amplitude, or a longer flat or wave"
             )
 
     def on_wheel(self, radius_mm: float) -> Irregularity:
@@ -217,26 +221,25 @@ def _slopes(points: Sequence[tuple[float, float]]) -> list[float]:
 def _check_points(points: Sequence[tuple[float, float]]) -> None:
     """Refuse a table with too few points, points out of order, gaps or steps."""
     if len(points) < _MIN_POINTS or not all(math.isfinite(coordinate) for point in points for coordinate in point):
-        raise InputError(
-            f"irregularity table: {len(points)} points; allowed: {_MIN_POINTS} and more, all of them finite"
-        )
+        raise InputError(f"irregularity table: {len(points)} points; allowed: at least {_MIN_POINTS}, all finite")
     middle = median(_steps(points))
     for (s, e), (next_s, next_e) in pairwise(points):
         if next_s <= s:
             raise InputError(
-                f"irregularity table: distances do not grow at {next_s:g} mm; sort it, and leave nothing in twice"
+                f"irregularity table: the distance does not increase at {next_s:g} mm; sort the rows, and remove"
+                " repeated rows"
             )
         if next_s - s > _MAX_GAP_RATIO * middle:
             raise InputError(
-                f"irregularity table: a gap of {next_s - s:g} mm from {s:g} to {next_s:g} mm, where points are"
-                f" {middle:g} mm apart; allowed: {_MAX_GAP_RATIO:g} times that; measure it, fill it in, or cut the"
-                " table there"
+                f"irregularity table: a gap of {next_s - s:g} mm from {s:g} to {next_s:g} mm; allowed: at most"
+                f" {_MAX_GAP_RATIO:g} times the median spacing of {middle:g} mm; add points there, or cut the table"
+                " there"
             )
         if abs(slope := (next_e - e) / (next_s - s)) > MAX_SLOPE:
             raise InputError(
-                f"irregularity table: a step of {next_e - e:+.4g} mm from {s:g} to {next_s:g} mm, a slope of"
-                f" {abs(slope):.3g}; allowed: up to {MAX_SLOPE:g}; check the units of both columns, smooth it over some"
-                " mm, or give the wheel or rail that has it"
+                f"irregularity table: a step of {next_e - e:+.4g} mm from {s:g} to {next_s:g} mm is a slope"
+                f" of {abs(slope):.3g}; allowed: at most {MAX_SLOPE:g}; check the units of both columns, or smooth the"
+                " opening over a few mm"
             )
 
 
@@ -305,13 +308,15 @@ def read_irregularity(value: Any) -> Irregularity:
     if isinstance(value, str):
         return parse_irregularity(value)
     if not isinstance(value, dict) or "kind" not in value:
-        raise InputError(f"irregularity is {value!r}; allowed: {IRREGULARITY_FORMS}, or a table with a kind")
+        raise InputError(f"irregularity is {value!r}; allowed: {IRREGULARITY_FORMS}, or a mapping with the key kind")
     inputs_of_kind = {name: quantity_value for name, quantity_value in value.items() if name != "kind"}
     if value["kind"] == "table":
         if unknown := inputs_of_kind.keys() - {"file", "distance", "opening"}:
-            raise InputError(f"irregularity table: {', '.join(sorted(unknown))}; it has file, distance and opening")
+            raise InputError(
+                f"irregularity table: unknown {', '.join(sorted(unknown))}; allowed: file, distance, opening"
+            )
         if not inputs_of_kind.get("file"):
-            raise InputError(f"irregularity table: no file is given; allowed: {IRREGULARITY_FORMS}")
+            raise InputError(f"irregularity table: file is missing; allowed: {IRREGULARITY_FORMS}")
         return read_irregularity_table(
             inputs_of_kind["file"],
             distance_unit=inputs_of_kind.get("distance"),
@@ -372,7 +377,7 @@ def convert_quantity(name: str, value: Any) -> tuple[str, float]:
     if (stem != "phase" and f"{stem}_mm" not in _LENGTH_INPUTS) or unit not in units:
         names = {name: name for name in (*_LENGTH_INPUTS, "phase_deg")}
         raise InputError(
-            f"irregularity: {name or 'an empty item'} is no known quantity; allowed: {', '.join(names)}, also in"
+            f"irregularity: {name or 'an empty item'} is not a known quantity; allowed: {', '.join(names)}, also in"
             f" um, cm and m{suggest_name(name, names)}"
         )
     try:
@@ -411,7 +416,9 @@ def read_irregularity_table(
     rows = [_parse_numbers(line) for line in (lines[1:] if heading else lines)]
     bad_row = next((number for number, row in enumerate(rows, 1) if row is None or len(row) < 2), None)
     if bad_row is not None or not rows:
-        raise InputError(f"{path}: row {bad_row or 1} is no pair of numbers; give distance and opening in two columns")
+        raise InputError(
+            f"{path}: row {bad_row or 1} is not a pair of numbers; give distance and opening in two columns"
+        )
     units = [
         _unit_factor(column_unit, heading, column, str(path))
         for column, column_unit in enumerate((distance_unit, opening_unit))
@@ -433,13 +440,13 @@ def _read_rows(path: Path) -> list[list[str]]:
     """
     try:
         if not path.is_file() or path.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{path}: there is no such file of up to {_MAX_BYTES / 1e6:g} MB; check the path")
+            raise InputError(f"{path}: there is no file of at most {_MAX_BYTES / 1e6:g} MB here; check the path")
         text = path.read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: it cannot be read ({error}); give a text of two columns") from None
+        raise InputError(f"{path}: the file cannot be read ({error}); give a text file with two columns") from None
     rows = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
     if not rows:
-        raise InputError(f"{path}: it is empty; give distance and opening in two columns")
+        raise InputError(f"{path}: the file is empty; give distance and opening in two columns")
     separator = next((character for character in ";,\t" if character in rows[-1]), None)
     return [line.split() for line in rows] if separator is None else list(csv.reader(rows, delimiter=separator))
 
@@ -459,9 +466,11 @@ def _unit_factor(column_unit: str | None, heading: list[str] | None, column: int
     unit = column_unit or (heading_unit[1].replace("µ", "u") if heading_unit else None)
     if unit is None:
         raise InputError(
-            f"{path}: the unit of its {name} is not given; give {name}=mm, um, cm or m, or the heading {name}_mm"
+            f"{path}: the unit of column {name} is missing; give {name}=mm, um, cm or m, or the heading {name}_mm"
         )
     if unit not in _LENGTH_UNITS_MM:
         sizes = ", ".join(f"1 {name} is {factor:g} mm" for name, factor in _LENGTH_UNITS_MM.items())
-        raise InputError(f"{path}: the unit of its {name} is {unit!r}; allowed: {', '.join(_LENGTH_UNITS_MM)}: {sizes}")
+        raise InputError(
+            f"{path}: the unit of column {name} is {unit!r}; allowed: {', '.join(_LENGTH_UNITS_MM)} ({sizes})"
+        )
     return _LENGTH_UNITS_MM[unit]

@@ -172,12 +172,12 @@ def _gauge_side_message(profile: Profile, gauge_side_mm: float, field_side_mm: f
     It gives the depth to which each side of the rail extends.
     """
     option = suggest_option("rail", "mirror", "yes")
-    mirrored = f"its field side reaches {field_side_mm:.2f} mm down: {option} if it is mirrored; "
+    mirrored = f"its field side ends {field_side_mm:.2f} mm below it: {option} if the profile is mirrored; "
     return (
         f"rail {profile.name}: its gauge side ends {gauge_side_mm:.2f} mm below the highest point, but the gauge is"
-        f" measured {depth_mm:g} mm below it; {mirrored * (field_side_mm > depth_mm)}give a rail line that reaches"
-        " there, a smaller gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of the rail's"
-        " crown (--rail-crown-y-mm, rail_crown_y_mm)"
+        f" measured {depth_mm:g} mm below it; {mirrored * (field_side_mm > depth_mm)}give a rail profile that"
+        " reaches this depth, a smaller gauge depth (--gauge-depth-mm, gauge_depth_mm in [track]), or the position of"
+        " the rail's crown (--rail-crown-y-mm, rail_crown_y_mm)"
     )
 
 

@@ -100,12 +100,12 @@ class Placement:
     def notes(self) -> tuple[str, ...]:
         """Notes on both profiles and on flanges that climb."""
         climbing = (
-            f"the flange climbs: it touches the rail beyond its steepest place, at"
-            f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; a lateral force alone holds it there"
+            f"the flange climbs: the contact point is beyond the steepest place of the flange, at"
+            f" {math.degrees(self.first.contact_angle_rad):.1f} degrees; only a lateral force holds the wheel there"
         )
         other_climbing = (
-            "the wheelset derails on its other side: there the flange touches the rail beyond its steepest place; this"
-            " wheel stands at the roll which that gives"
+            "the opposite wheel derails: the contact point is beyond the steepest place of its flange; this wheel is at"
+            " the roll that follows from both wheels"
         )
         climb_notes = (*((climbing,) if self.climbs else ()), *((other_climbing,) if self.other_climbs else ()))
         profiles = (self.rail.profile, self.wheel.profile)
@@ -252,8 +252,8 @@ class Placement:
                 break
         if not np.all(np.abs(step) < 1e-8):
             raise CoverageError(
-                "the wheel's contact zone reaches past the rail's running surface; use a smaller zone or a longer"
-                " rail line"
+                "the contact zone of the wheel extends beyond the running surface of the rail; reduce the load, or give"
+                " a longer rail profile"
             )
         return np.stack([points[..., 0] - self.first.x_mm, s - self.first_arc_length_mm], axis=-1)
 
@@ -547,10 +547,10 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     gap[places] = z - rail.height_at_y(y)
     is_over_rail = np.isfinite(gap)
     if np.count_nonzero(is_over_rail) < 3:
-        return "the wheel does not stand over the rail"
+        return "the wheel is not above the rail"
     lowest = int(np.nanargmin(gap))
     if not (0 < lowest < u.size - 1 and is_over_rail[lowest - 1] and is_over_rail[lowest + 1]):
-        return "the wheel leaves the rail: the end of one of the running surfaces carries it"
+        return "the wheel leaves the rail: the contact point is at the end of a running surface"
     inner = np.flatnonzero(is_over_rail[:-2] & is_over_rail[1:-1] & is_over_rail[2:]) + 1
     minima = inner[
         (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
@@ -572,14 +572,14 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     u_rail = rail.parameter_at_y(y)
     tangent_gap = z - rail.section(u_rail)[1]
     if not v.size:
-        return "no point of the running surfaces is tangent to the other one where they come closest"
+        return "the running surfaces are not tangent to each other where they come closest"
     order = np.argsort(tangent_gap)
     drop = float(tangent_gap[order[0]])
     if drop - gap[lowest] > _MAX_HEIGHT_STEP_MM:
         return (
-            f"the bodies come closest at y = {points.y[lowest]:.2f} mm of the wheel, where neither line is tangent to"
-            f" the other one, {1e3 * (drop - gap[lowest]):.0f} micrometres before they touch elsewhere: a step in a"
-            " profile"
+            f"a profile has a step: at y = {points.y[lowest]:.2f} mm of the wheel the surfaces meet without a common"
+            f" tangent, {1e3 * (drop - gap[lowest]):.0f} micrometres before they touch elsewhere; check both profiles"
+            " there"
         )
     lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
     touch_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)

@@ -276,7 +276,7 @@ class Wheelset:
             left = self.left.standing(shift_mm, roll, yaw_rad)
             right = self.right.standing(-shift_mm, -roll, -yaw_rad)
             if left is None or right is None:
-                return f"the {'left' if left is None else 'right'} wheel does not stand over its rail"
+                return f"the {'left' if left is None else 'right'} wheel is not above its rail"
             difference = left.axle_mm - right.axle_mm
             if abs(difference) < _HEIGHT_TOLERANCE_MM:
                 return LoweredWheelset(roll_rad=roll, left=left, right=right)
@@ -285,7 +285,7 @@ class Wheelset:
             roll += difference / lever if lever > 0.0 else np.inf
             if not low < roll < high:
                 roll = 0.5 * (low + high)
-        return "no roll is found at which both wheels touch their rails"
+        return "no roll was found at which both wheels touch their rails"
 
     def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
         """Place a wheel on its rail.
@@ -378,8 +378,8 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     if isinstance(placement, str):
         shifts = describe_possible_wheelset_shifts(wheelset, yaw_rad)
         raise InputError(
-            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placement}; {shifts}; a roll that is given"
-            " (--roll-mrad) leaves the other wheel out"
+            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placement}; {shifts}; with a given roll"
+            " (--roll-mrad) the opposite wheel is not placed"
         )
     return placement
 
@@ -408,7 +408,7 @@ def describe_possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) 
             shift += step
         ends.append(shift - step)
     if ends[0] > ends[1]:
-        return f"the wheelset cannot stand in the middle of the track: {_describe_possible_gauges(wheelset, yaw_rad)}"
+        return f"the wheelset does not fit in the middle of the track: {_describe_possible_gauges(wheelset, yaw_rad)}"
     return f"shifts between {ends[0]:g} and {ends[1]:g} mm (in steps of {_TRIAL_STEP_MM:g} mm) are possible"
 
 
@@ -426,12 +426,12 @@ def _describe_possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
         if not any(isinstance(wheelset.left.pair.placed(float(shift), 0.0, yaw), str) for yaw in {yaw_rad, -yaw_rad})
     ]
     if not gauge_changes:
-        return "nor would it on a gauge up to 80 mm wider or narrower; check the profiles"
+        return "it fits on no gauge up to 80 mm wider or narrower; check the profiles"
     wider = min(gauge_changes) > 0.0
     low, high = sorted(abs(end) for end in (min(gauge_changes), max(gauge_changes)))
     return (
-        f"it can on a gauge {low:g} to {high:g} mm {'wider' if wider else 'narrower'}, or with a back-to-back distance"
-        f" that much {'smaller' if wider else 'larger'}"
+        f"it fits on a gauge {low:g} to {high:g} mm {'wider' if wider else 'narrower'}, or with a back-to-back distance"
+        f" {'smaller' if wider else 'larger'} by as much"
     )
 
 

@@ -75,7 +75,7 @@ def update_baseline(
     """
     reason = reason.strip()
     if not reason:
-        raise InputError("reason is ''; allowed is any text; say why the new results are right")
+        raise InputError("reason is ''; allowed: any text; state why the new results are right")
     table = load_table(result)
     name = _study_name(table)
     _check_status(table, allow_failed)
@@ -102,7 +102,7 @@ def _study_name(table: ResultTable) -> str:
     # The name of the study becomes the name of a file.
     if table.key != ("id",) or not re.fullmatch(r"\w[\w.-]*", name):
         raise InputError(
-            f"results {table.path}: study {name!r}; allowed is the name of a study; give the folder that"
+            f"results {table.path}: study {name!r}; allowed: the name of a study; give the folder that"
             " `fecontact run` wrote, with its study.json"
         )
     return name
@@ -111,13 +111,13 @@ def _study_name(table: ResultTable) -> str:
 def _check_status(table: ResultTable, allow_failed: bool) -> None:
     """Refuse a table with failed or unconverged cases, unless they are allowed."""
     if "status" not in table.columns:
-        raise InputError(f"results {table.path}: there is no column status; give a folder that `fecontact run` wrote")
+        raise InputError(f"results {table.path}: no column status; give a folder that `fecontact run` wrote")
     rows = table.rows.to_dict("index")
     unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not is_usable_status(row)]
     if unusable and not allow_failed:
         raise InputError(
             f"results {table.path}: not converged: {len(unusable)} of {format_count(len(table.rows), 'case')}"
-            f" ({unusable[0]}); correct the study, or take them as they are with --allow-failed"
+            f" ({unusable[0]}); correct the study, or accept these cases with --allow-failed"
         )
 
 
@@ -127,7 +127,7 @@ def _compare_with_old(path: Path, table: ResultTable) -> tuple[TableComparison |
         return None, f"new baseline of {format_count(len(table.rows), 'case')}"
     old = load_table(path)
     if not old.rows.index.isin(table.rows.index).any():
-        return None, f"{format_count(len(old.rows), 'case')} replaced by {format_count(len(table.rows), 'other case')}"
+        return None, f"{format_count(len(old.rows), 'case')} replaced by {format_count(len(table.rows), 'new case')}"
     comparison = compare_tables(old, table)
     return comparison, comparison.verdict
 

@@ -130,10 +130,10 @@ def compare_discretisation(rows: Sequence[Mapping[str, Any]], limit_percent: flo
 PAGES_FOLDER = "validation"
 """Folder of the pages, next to the table that links to them."""
 _ERROR_EXPLANATION = """\
-The error E is result over reference, less one; a result that is an error itself has the reference 0. u_val (ASME V&V
-20) is the uncertainty of E. It has the uncertainty of the result, which is stated for 95 %, and the uncertainty of the
-reference. Inputs are the same on both sides and add nothing. A closed form has no uncertainty. No other reference
-states one: u_val has the result's uncertainty alone there, and the limit has room for the rest."""
+The error E is (result - reference) / reference. A result that is an error itself has the reference 0. u_val (ASME V&V
+20) is the uncertainty of E for 95 %. It includes the uncertainty of the result and the uncertainty of the reference.
+Both sides have equal inputs, which add no uncertainty. A closed form has no uncertainty. Other references do not state
+their uncertainty: u_val has only the uncertainty of the result there, and the limit allows for the rest."""
 
 
 def render_reports(
@@ -176,9 +176,9 @@ def render_reports(
         "# Validation",
         "",
         f"{sum(number for number, _ in numbers)} checks, {sum(failed for _, failed in numbers)} failed. Written by"
-        " `make validate`; not to be edited.",
+        " `make validate`; do not edit it.",
         "",
-        version_text + (f" in the last run, of {', '.join(questions)} alone" if kept_lines else ""),
+        version_text + (f". The last run had only {', '.join(questions)}." if kept_lines else ""),
         *(f"\n{text}" for text in kept_lines if not text.startswith("|")),
         *(f"\n**No usable result: {text}**" for text in unusable),
         "",
@@ -226,10 +226,10 @@ def _render_page(study: str, question: str, checks: Sequence[Check]) -> str:
     """Page of a study: a table for each reference."""
     lines = [f"# Validation: {study}", "", question, "", f"{len(checks)} checks, {_count_failed(checks)} failed."]
     for reference, kind in dict.fromkeys((check.reference, check.kind) for check in checks):
-        uncertainty_text = "no uncertainty" if kind == "analytic" else "its uncertainty is not stated"
+        uncertainty_text = "no uncertainty" if kind == "analytic" else "uncertainty not stated"
         lines += [
             f"\n## Against {reference} ({kind}; {uncertainty_text})\n",
-            "| quantity | case | reference | result | its ± | error E | E / u_val | limit of E | |",
+            "| quantity | case | reference | result | ± | error E | E / u_val | limit of E | |",
             "|---|---|---|---|---|---|---|---|---|",
             *(_check_row(check) for check in checks if (check.reference, check.kind) == (reference, kind)),
         ]

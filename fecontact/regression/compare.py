@@ -81,8 +81,8 @@ def match_columns(names: Sequence[str], baseline: ResultTable, new: ResultTable)
             near = get_close_matches(name, allowed_names, n=3)
             hint = f"did you mean {' or '.join(near)}? " if near else ""
             raise InputError(
-                f"--match {name!r}: no column {column!r} in {lacking}; {hint}allowed are"
-                f" {', '.join(allowed_names) or 'none, as the tables have no column in common'}"
+                f"--match {name!r}: no column {column!r} in {lacking}; {hint}allowed:"
+                f" {', '.join(allowed_names) or 'none, because the tables have no column in common'}"
             )
         columns.append(column)
     return list(dict.fromkeys(columns))
@@ -128,7 +128,7 @@ def match_cases(table: ResultTable, columns: Sequence[str], other_table: ResultT
         ]
         if hints:
             return f"add to --match a column in which they differ: {', '.join(hints)}"
-        return "they differ in no input that both tables have; remove one of them, or leave out --match"
+        return "no input in both tables distinguishes them; remove one of them, or leave out --match"
 
     rows = name_rows(table.path, table.rows, columns, advise_columns).drop(columns=list(columns))
     return replace(table, key=tuple(columns), rows=rows)
@@ -166,9 +166,9 @@ def suggest_match(baseline: ResultTable, new: ResultTable) -> str:
                 match_cases(new, columns, baseline).rows.index
             )
             if common:
-                return f", or match them by their inputs with --match {match_text} ({len(common)} in common)"
+                return f", or match the cases by inputs with --match {match_text} ({len(common)} in common)"
     return (
-        f", or choose what to match them by, such as --match {','.join(short.get(name, name) for name in position)}"
+        f", or choose columns to match by, such as --match {','.join(short.get(name, name) for name in position)}"
         if position
         else ""
     )
@@ -293,9 +293,11 @@ def compare_tables(
     was, now = baseline.rows, new.rows
     cases = [case for case in was.index if case in now.index]
     if not cases:
-        remedy = "choose fewer or other columns for --match"
+        remedy = "choose fewer or different columns for --match"
         if not match:
-            remedy = f"compare results of the same study, at the same size{suggest_match(baseline, new)}"
+            remedy = (
+                f"compare results of the same study, both with or both without --quick{suggest_match(baseline, new)}"
+            )
         raise InputError(
             f"{baseline.path} and {new.path} have no case in common (such as {was.index[0]} and"
             f" {now.index[0]}); {remedy}"
@@ -354,11 +356,11 @@ def _check_columns(baseline: ResultTable, new: ResultTable, tolerances: Toleranc
     for name in tolerances.columns:
         if name not in columns:
             column_names = ", ".join(columns)
-            raise InputError(f"tolerance of column {name!r}: it is not compared; columns that are: {column_names}")
+            raise InputError(f"tolerance of column {name!r}: this column is not compared; allowed: {column_names}")
     if not any(map(tolerances.compares, columns)):
         raise InputError(
-            f"{baseline.path} and {new.path} have no column to compare besides {' and '.join(baseline.key)};"
-            " give tables with results, or fewer columns to match by"
+            f"{baseline.path} and {new.path} have no column to compare except {' and '.join(baseline.key)};"
+            " give tables with results, or match by fewer columns"
         )
 
 

@@ -129,7 +129,7 @@ def read_tolerances(path: str | Path) -> Tolerances:
     InputError
         If the file does not exist, is not TOML, names an unknown kind, or has a value out of range.
     """
-    remedy = "allowed are tables [kinds.NAME] and [columns.NAME] with relative and absolute, finite and >= 0"
+    remedy = "allowed: tables [kinds.NAME] and [columns.NAME] with relative and absolute, finite and >= 0"
     try:
         tolerance_file = _ToleranceFile.model_validate(tomllib.loads(Path(path).read_text("utf-8")))
     except ValidationError as error:
@@ -138,15 +138,15 @@ def read_tolerances(path: str | Path) -> Tolerances:
         raise InputError(f"tolerances {path}: {where} is {first['input']!r}: {first['msg']}; {remedy}") from error
     # ValueError is also raised for a file that is not UTF-8 or not TOML.
     except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"tolerances {path}: it cannot be read as TOML ({error}); {remedy}") from error
+        raise InputError(f"tolerances {path}: cannot be read as TOML ({error}); {remedy}") from error
     for name in tolerance_file.kinds:
         if name not in TOLERANCES_BY_KIND:
-            raise InputError(
-                f"tolerances {path}: kinds.{name}: no such kind; allowed are {', '.join(TOLERANCES_BY_KIND)}"
-            )
+            raise InputError(f"tolerances {path}: kinds.{name}: no such kind; allowed: {', '.join(TOLERANCES_BY_KIND)}")
     for name in tolerance_file.columns:
         if find_kind(name) == TEXT_KIND:
-            raise InputError(f"tolerances {path}: columns.{name} is text and compared exactly; take it out")
+            raise InputError(
+                f"tolerances {path}: columns.{name} is text, which is compared exactly; remove this tolerance"
+            )
     kinds = {
         **TOLERANCES_BY_KIND,
         **{name: _replace_fields(TOLERANCES_BY_KIND[name], parts) for name, parts in tolerance_file.kinds.items()},
@@ -228,16 +228,16 @@ def load_table(path: str | Path) -> ResultTable:
     """
     file = _find_file(Path(path))
     if file.suffix not in (".csv", ".json"):
-        raise InputError(f"results {file}: the ending {file.suffix or '(none)'} is not known; {_REMEDY}")
+        raise InputError(f"results {file}: unknown file ending {file.suffix or '(none)'}; {_REMEDY}")
     json_path = file.with_suffix(".json")
     document = _read_document(json_path) if json_path.is_file() else {}
     columns, lines = _read_csv_rows(file) if file.suffix == ".csv" else _read_json_rows(file, document)
     _check_seal(json_path, document, folder=Path(path).is_dir())
     if not lines:
-        raise InputError(f"results {file}: it has no rows; {_REMEDY}")
+        raise InputError(f"results {file}: no rows; {_REMEDY}")
     key = next((key for key in (("id",), _MAP_KEY) if {*key} <= {*columns}), None)
     if key is None:
-        raise InputError(f"results {file}: it has neither a column id nor {' and '.join(_MAP_KEY)}; {_REMEDY}")
+        raise InputError(f"results {file}: neither a column id nor {' and '.join(_MAP_KEY)}; {_REMEDY}")
     texts = np.array([[_cell_text(value) for value in line] for line in lines], dtype=object)
     names = [f"row {count}" for count in range(1, len(lines) + 1)]
     rows = pandas.DataFrame(texts, index=names, columns=columns, dtype=object)
@@ -304,7 +304,7 @@ def _read_document(path: Path) -> Mapping[str, Any]:
     """
     document = read_json(path)
     if not isinstance(document, dict):
-        raise InputError(f"results {path}: it is no table of results; {_REMEDY}")
+        raise InputError(f"results {path}: not a table of results; {_REMEDY}")
     try:
         # An escape may stand for half a character, which can be written neither to a terminal nor to a report.
         json.dumps(document, ensure_ascii=False).encode("utf-8")
@@ -327,7 +327,7 @@ def _check_seal(path: Path, document: Mapping[str, Any], *, folder: bool) -> Non
     elif not problem and hash_file(table) != document[SEAL_KEY].get(table.name):
         problem = f"{table} was changed after it was written (its checksum differs)"
     if problem:
-        raise InputError(f"results: {problem}; run the study again, or move the wrong file away")
+        raise InputError(f"results: {problem}; run the study again, or restore the original files")
 
 
 def _flatten(document: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
@@ -346,7 +346,7 @@ def _read_json_rows(path: Path, document: Mapping[str, Any]) -> tuple[list[str],
     # A solved case has a single row instead of a list.
     rows = document.get("rows", [document.get("row")])
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
-        raise InputError(f"results {path}: it has no list of rows; {_REMEDY}")
+        raise InputError(f"results {path}: no list of rows; {_REMEDY}")
     columns = list(dict.fromkeys(name for row in rows for name in row))
     return columns, [[row.get(name) for name in columns] for row in rows]
 
@@ -358,15 +358,15 @@ def _read_csv_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         # The byte order mark of spreadsheets is not part of the first name.
         lines = [line for line in csv.reader(io.StringIO(path.read_text("utf-8-sig")), strict=True) if line]
     except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"results {path}: it is not CSV ({error}); {_REMEDY}") from error
+        raise InputError(f"results {path}: not CSV ({error}); {_REMEDY}") from error
     if not lines:
-        raise InputError(f"results {path}: it is empty; {_REMEDY}")
+        raise InputError(f"results {path}: the file is empty; {_REMEDY}")
     columns, *rows = lines
     if len(set(columns)) < len(columns):
         raise InputError(f"results {path}: a column name appears twice; {_REMEDY}")
     for count, row in enumerate(rows, start=1):
         if len(row) != len(columns):
-            raise InputError(f"results {path}: row {count} has {len(row)} values of {len(columns)}; {_REMEDY}")
+            raise InputError(f"results {path}: row {count} has {len(row)} values for {len(columns)} columns; {_REMEDY}")
     # Without the apostrophe of texts that a spreadsheet would evaluate.
     return columns, [[cell[cell.startswith(_GUARDED_BEGINNINGS) :] for cell in row] for row in rows]
 
@@ -410,8 +410,8 @@ def name_rows(path: Path, rows: pandas.DataFrame, key: Sequence[str], hint: Call
         without = rows.index[rows[column] == ""]
         if len(without):
             raise InputError(
-                f"results {path}: {without[0]!r} has no value of {column} ({len(without)} of {len(rows)} have none);"
-                " each case needs one to be matched by; solve it again, or match by other columns"
+                f"results {path}: {without[0]!r} has no value of {column} ({len(without)} of {len(rows)} cases have"
+                " none); each case needs this value to be matched; solve the case again, or match by different columns"
             )
     texts = [normalise_for_match(column, rows[column]) for column in key]
     if len(key) > 1 or key[0] != "id":
@@ -420,7 +420,7 @@ def name_rows(path: Path, rows: pandas.DataFrame, key: Sequence[str], hint: Call
     for name in names[names.duplicated()]:
         two = names.index[names == name][:2]
         raise InputError(
-            f"results {path}: {two[0]!r} and {two[1]!r} are both {name}; each may be there once; {hint(rows.loc[two])}"
+            f"results {path}: {two[0]!r} and {two[1]!r} are both {name}; allowed: once; {hint(rows.loc[two])}"
         )
     return rows.set_index(pandas.Index(names, name=None))
 

@@ -132,7 +132,7 @@ def evaluate_loaded_theory(loaded: LoadedPlacement, name: str) -> TheoryEvaluati
         hertz_contact = THEORIES[HERTZ].approximate(loaded)
         assert isinstance(hertz_contact, TheoryContact)
         theory_contact = replace(
-            hertz_contact, notes=(*hertz_contact.notes, f"{THEORIES[name].words}: undefined here, Hertz is shown")
+            hertz_contact, notes=(*hertz_contact.notes, f"{THEORIES[name].words}: not defined here; Hertz is shown")
         )
     contact, problem = (None, theory_contact) if isinstance(theory_contact, str) else (theory_contact, None)
     return TheoryEvaluation(

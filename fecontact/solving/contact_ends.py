@@ -40,8 +40,8 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
     _check_irregularity(placement, rung)
     if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & is_in_contact):
         raise InputError(
-            f"the contact reaches the end of the running surface of wheel {placement.wheel.profile.name};"
-            " reduce the load, change the lateral shift, or give a longer profile line"
+            f"the contact patch reaches the end of the running surface of wheel {placement.wheel.profile.name};"
+            " reduce the load, change the lateral shift, or give a longer profile"
         )
     loaded_s_mm = grid.s_mm[is_in_contact.any(axis=0)]
     for junction_place in placement.junctions:
@@ -53,8 +53,8 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
             and loaded_s_mm[0] - grid.steps_mm[1] <= junction_place.s_mm <= loaded_s_mm[-1] + grid.steps_mm[1]
         ):
             raise InputError(
-                f"the contact reaches a corner of {profile.kind} {profile.name} at y = {junction.y_mm:.2f} mm, where"
-                " its pressure has no finite value; change the lateral shift, or round the corner in the profile"
+                f"the contact patch reaches a corner of {profile.kind} {profile.name} at y = {junction.y_mm:.2f} mm,"
+                " where the pressure has no bound; change the lateral shift, or round the corner in the profile"
             )
 
 
@@ -67,12 +67,12 @@ def _check_irregularity(placement: Placement, rung: Rung) -> None:
     low_mm, high_mm = float(x_mm[rows[0]]) - spacing_mm, float(x_mm[rows[-1]]) + spacing_mm
     if any(low_mm < kink_mm < high_mm for kink_mm in irregularity.kinks_x_mm):
         raise InputError(
-            f"an edge of the irregularity lies in the patch at {irregularity.distance_mm:g} mm: the elastic"
-            " pressure there has no bound, and no peak is given; round it by a haversine or a table with its"
-            " radius, or take another distance"
+            f"at {irregularity.distance_mm:g} mm an edge of the irregularity is in the contact patch, where the"
+            " elastic pressure has no bound; give a haversine, a table with the radius of the edge, or a different"
+            " distance"
         )
     if not irregularity.covers(low_mm, high_mm):
         raise InputError(
-            f"the contact at {irregularity.distance_mm:g} mm reaches past the end of the irregularity's table; take"
-            " another distance, or a longer table"
+            f"at {irregularity.distance_mm:g} mm the contact patch reaches beyond the table of the irregularity; give"
+            " a different distance or a longer table"
         )

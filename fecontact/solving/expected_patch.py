@@ -221,7 +221,7 @@ def solve_on_more_nodes(expected: ExpectedPatch, load_N: float, *, nodes: int) -
     grid = _make_fitted_grid(expected.half_space, nodes)
     spacing_mm, present_spacing_mm = grid.steps_mm[1], expected.half_space.grid.steps_mm[1]
     if spacing_mm > _LARGEST_SPACING_RATIO * present_spacing_mm:
-        raise ConvergenceError(f"more nodes than {present_spacing_mm:.2g} mm apart would be too many")
+        raise ConvergenceError(f"more nodes: a spacing below {present_spacing_mm:.2g} mm needs too many nodes")
     return _solve_again(expected, grid, load_N)
 
 
@@ -249,7 +249,7 @@ def solve_on_fewer_nodes(expected: ExpectedPatch, load_N: float, *, fewer: float
     """
     grid = expected.half_space.grid
     if len(grid.bands) > 1:
-        raise ConvergenceError("fewer nodes: patches far apart have bands of nodes of their own")
+        raise ConvergenceError("fewer nodes: not possible for distant patches, which have separate bands of nodes")
     x_mm, s_mm = (
         positions_mm[0] + fewer * spacing_mm * np.arange(math.ceil(np.ptp(positions_mm) / (fewer * spacing_mm)) + 1)
         for positions_mm, spacing_mm in zip((grid.x_mm, grid.s_mm), grid.steps_mm, strict=True)
@@ -273,7 +273,7 @@ def _solve_on_coarse_grid(true_gap: TrueGap, load_N: float, *, half: bool, guess
             return rung
         reach_mm = 1.3 * approach_mm
     raise ConvergenceError(
-        f"the patch grows without bound under {load_N:g} N: the bodies conform all over; reduce the load"
+        f"the patch grows without bound under {load_N:g} N: the surfaces conform everywhere; reduce the load"
     )
 
 
@@ -335,7 +335,7 @@ def _solve(
     if rung.status != "converged":
         raise ConvergenceError(
             f"the contact on a half-space of {grid.shape[0]} by {grid.shape[1]} nodes did not converge (residual"
-            f" {rung.residual:.1e} of the approach); another load or lateral shift may go"
+            f" {rung.residual:.1e} of the approach); try a different load or lateral shift"
         )
     return rung
 
@@ -368,8 +368,8 @@ def _find_near_region(
         return (-width_mm, width_mm), (-1.0, 1.0)
     if columns[0] == 0 or columns[-1] == s_mm.size - 1:
         raise InputError(
-            f"the contact reaches the end of the running surface of rail {profile.name}; reduce the load or the"
-            " lateral shift, or give a longer profile line"
+            f"the contact patch reaches the end of the running surface of rail {profile.name}; reduce the load or the"
+            " lateral shift, or give a longer profile"
         )
     spacing_mm = x_mm[1] - x_mm[0]
     return (x_mm[rows[0]] - spacing_mm, x_mm[rows[-1]] + spacing_mm), (
@@ -423,11 +423,11 @@ def _make_fitted_grid(
                 )
     lobe_mm = FEWEST_NODES * step_s_mm
     raise ConvergenceError(
-        f"a lobe of the contact is {lobe_mm:.2g} mm from its peak to a valley, in a patch"
-        f" {s_high_mm - s_low_mm:.1f} mm wide: nodes that follow it would be {count_x} by {count_s},"
-        f" and at most {largest_limit} are solved, which"
-        f" {lobe_mm * count_x * count_s / largest_limit:.2g} mm or more need; give a lateral shift 0.2 mm"
-        " beside it, or another load"
+        f"a lobe of the pressure is {lobe_mm:.2g} mm long from its peak to a valley, in a patch"
+        f" {s_high_mm - s_low_mm:.1f} mm wide: it needs {count_x} by {count_s} nodes;"
+        f" allowed: at most {largest_limit} nodes, or lobes of at least"
+        f" {lobe_mm * count_x * count_s / largest_limit:.2g} mm; change the lateral shift by 0.2 mm, or change the"
+        " load"
     )
 
 

@@ -48,8 +48,8 @@ def compute_hertz(case: Case, placement: Placement) -> HertzContact:
         if not measured_names:
             raise
         raise InputError(
-            f"{error}; the line of {' and '.join(measured_names)} goes through its points as they are: give"
-            " --rail-filter-mm or --wheel-filter-mm a width, or look for a wrong point with `fecontact profiles`"
+            f"{error}; {' and '.join(measured_names)}: the points are not smoothed; give --rail-filter-mm or"
+            " --wheel-filter-mm, or look for a wrong point with `fecontact profiles`"
         ) from None
 
 

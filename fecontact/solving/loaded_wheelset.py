@@ -76,8 +76,8 @@ def place_loaded_wheelset(wheelset: Wheelset, case: Case) -> PlacedWheelset:
         if reach_rad > _LARGEST_REACH_RAD:
             loads = " and ".join(f"{load_N / 1e3:g} kN ({side})" for side, load_N in case.roll_loads_N().items())
             raise ConvergenceError(
-                f"lateral shift {shift_mm:g} mm of the wheelset: no roll is found at which the wheels carry"
-                f" {loads} at one height of the axle; take another roll"
+                f"lateral shift {shift_mm:g} mm of the wheelset: no roll was found at which the wheels carry"
+                f" {loads} with the axle at equal height; give a different kind of roll"
             )
     loaded_roll_rad = float(
         brentq(height_difference_mm, touching_roll_rad, touching_roll_rad + sign * reach_rad, xtol=_ROLL_RAD)
@@ -102,7 +102,7 @@ def _height_mm(wheelset: Wheelset, case: Case, roll_rad: float, side: TrackSide)
     points = solve_hertz_points(placement, load_N, direction=_UP, contact_modulus_MPa=case.contact_modulus_MPa)
     if points.shared_approach_mm is None:
         problem = next(point.problem for point in points.points if point.problem)
-        raise InputError(f"{side} side of the wheelset: {problem}; take another roll")
+        raise InputError(f"{side} side of the wheelset: {problem}; give a different kind of roll")
     return float(placement.wheel.centre_mm[2]) - points.shared_approach_mm
 
 

@@ -709,8 +709,8 @@ class Meshes:
         expected_unknowns = estimate_finer_unknowns(levels)
         if expected_unknowns > case.most_unknowns:
             return InputError(
-                f"the next meshes would have about {expected_unknowns} of at most {case.most_unknowns}"
-                " degrees of freedom"
+                f"the next meshes need about {expected_unknowns} degrees of freedom (allowed: at most"
+                f" {case.most_unknowns})"
             )
         try:
             levels.insert(
@@ -792,8 +792,10 @@ def _describe_stage(case: Case, coarser: float, seconds_left: float | None) -> s
         return f"coarser meshes, for the uncertainty{time_left}"
     # With refine = "evidence", finer meshes also follow if the verdict is decided and the verdict on the elements'
     # nodes is not.
-    open_verdict = "the verdict, or that of the elements by themselves," if case.refine == "evidence" else "the verdict"
-    return f"finer meshes, because {open_verdict} is open{time_left}{' if these decide it' * bool(time_left)}"
+    open_verdict = (
+        "the verdict, or the verdict on the nodes of the elements," if case.refine == "evidence" else "the verdict"
+    )
+    return f"finer meshes, because {open_verdict} is unresolved{time_left}{' if these resolve it' * bool(time_left)}"
 
 
 def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
@@ -806,8 +808,8 @@ def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str
     # This is possible with given element sizes.
     if count < _FEWEST_ELEMENTS:
         yield (
-            f"elements of {size_mm:.2f} mm are only {count:.1f} to the patch's semi-axis of {semi_axis_mm:.2f} mm;"
-            f" {_FEWEST_ELEMENTS} or more make what the bodies add below it sure"
+            f"elements of {size_mm:.2f} mm are only {count:.1f} per semi-axis of the patch ({semi_axis_mm:.2f} mm); use"
+            f" at least {_FEWEST_ELEMENTS}, so that the effect of the finite bodies is reliable"
         )
     rung, requested = position.expected.half_space, position.case.nodes_a_semi_axis
     lengths_and_steps = zip(measure_resolved_lobes_mm(measure_lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
@@ -815,8 +817,8 @@ def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str
     # The number of nodes of the case would be too many.
     if count <= _NODE_SHORTAGE_FRACTION * requested:
         yield (
-            f"a lobe of {length_mm:.2g} mm has {count:.0f} pressure nodes in place of {requested}: in so wide a patch"
-            " more would be too many; its own peak and load are known less well than is stated"
+            f"a lobe of {length_mm:.2g} mm has {count:.0f} pressure nodes instead of {requested}, because a patch this"
+            " wide would need too many; the uncertainty of its peak and load is larger than stated"
         )
 
 

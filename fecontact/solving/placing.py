@@ -123,7 +123,9 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:
-        raise InputError("the opposite side is used only for the roll of a wheelset; give roll = 'touching'")
+        raise InputError(
+            "the opposite side has an effect only on a roll that follows from both wheels; give roll = 'touching'"
+        )
     _refuse_unused_readings(case, rail, wheel)
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
@@ -170,8 +172,8 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
             raise
         # A case that was derived from another case has the other case's roll.
         raise InputError(
-            f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no place in the track where both wheels could"
-            " touch: circles, cylinders and crane rails have no wheelset; give roll = 'given'"
+            f"roll is {case.roll!r}, but {case.wheel} on {case.rail} has no position at which both wheels touch:"
+            " circles, cylinders and crane rails have no wheelset; give roll = 'given'"
         ) from error
 
 

@@ -320,9 +320,9 @@ def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
         if material.yield_MPa is not None and p_max_MPa > LARGEST_PEAK_OVER_YIELD_STRESS * material.yield_MPa:
             raise InputError(
                 f"{name}: yield stress is {material.yield_MPa:g} MPa, and the elastic peak pressure of"
-                f" {p_max_MPa:.0f} MPa is {p_max_MPa / material.yield_MPa:.1f} times that; allowed: up to"
-                f" {LARGEST_PEAK_OVER_YIELD_STRESS:g} times, beyond it flows freely and small strains say nothing; take"
-                " a smaller load, or leave the yield stress out"
+                f" {p_max_MPa:.0f} MPa is {p_max_MPa / material.yield_MPa:.1f} times the yield stress; allowed: at most"
+                f" {LARGEST_PEAK_OVER_YIELD_STRESS:g} times, because a body that flows freely has large strains; reduce"
+                " the load, or leave the yield stress out"
             )
 
 

@@ -73,12 +73,13 @@ class Preview:
         case, point_count = self.case, len(self.placement.touch_points)
         return (
             f"<Preview {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {case.load_N / 1e3:g} kN:"
-            f" {point_count} touch points, Hertz {self.hertz.p0_MPa:.0f} MPa, about {self.cpu_seconds:.0f} s to solve>"
+            f" {point_count} contact points, Hertz {self.hertz.p0_MPa:.0f} MPa, about {self.cpu_seconds:.0f} s to"
+            " solve>"
         )
 
     def _repr_html_(self) -> str:
         points = {
-            f"touch point {number}": {
+            f"contact point {number}": {
                 "rail y in mm": f"{contact_point.rail_y_mm:.2f}",
                 "wheel y in mm": f"{contact_point.wheel_y_mm:.2f}",
                 "contact angle in mrad": f"{1e3 * contact_point.contact_angle_rad:.1f}",

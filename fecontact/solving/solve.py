@@ -83,7 +83,7 @@ class CaseResult:
 
     def _repr_html_(self) -> str:
         rows = {
-            measure: {"Hertz is off by": f"{deviation:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
+            measure: {"deviation of Hertz": f"{deviation:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
             for measure, deviation in self.load.deviation.items()
             if measure in self.load.uncertainty
         }
@@ -576,7 +576,9 @@ def fit_stiffness(loads: Sequence[JudgedLoad]) -> Stiffness:
     usable_loads = [load for load in loads if load.usable]
     force_N = np.array([load.normal_force_N for load in usable_loads])
     if np.unique(force_N).size < 2:
-        raise InputError(f"stiffness: {np.unique(force_N).size} converged loads; give at least two, better four")
+        raise InputError(
+            f"stiffness: {np.unique(force_N).size} converged loads; give at least two loads, preferably four"
+        )
     approach_mm = np.array([load.comparison.fe.approach_mm for load in usable_loads])
     # Errors of meshes are proportional to the approach: every load has equal weight.
     terms = np.column_stack([force_N ** (2.0 / 3.0), force_N]) / approach_mm[:, None]

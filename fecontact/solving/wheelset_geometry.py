@@ -48,7 +48,7 @@ def geometry(case: Case, shifts_mm: Sequence[float]) -> ContactFunctions:
     if all(isinstance(position, str) for position in functions.positions.values()):
         problem = next(iter(functions.positions.values()))
         raise InputError(
-            f"the wheelset can stand at none of the shifts: {problem};"
+            f"the wheelset fits on the track at none of the shifts: {problem};"
             f" {describe_possible_wheelset_shifts(wheelset, case.yaw_rad)}"
         )
     return functions

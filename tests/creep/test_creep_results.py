@@ -32,7 +32,7 @@ def test_without_its_folder_friction_is_refused(monkeypatch):
     monkeypatch.setattr(
         feature_registry, "FEATURES", tuple(feature for feature in feature_registry.FEATURES if feature != "creep")
     )
-    with pytest.raises(InputError, match=r"friction coefficient is 0\.3, but this fecontact has no feature creep"):
+    with pytest.raises(InputError, match=r"friction coefficient is 0\.3, but creep forces need the feature creep"):
         fecontact.solve(case)
     fecontact.Case().creep.refuse_unheard()
 

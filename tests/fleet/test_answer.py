@@ -86,9 +86,7 @@ def test_the_sample_covers_the_truth(fleet, sampled):
         assert share.high - share.low > estimate.high - estimate.low
     # the network is less known than these profiles
     assert answer.network.low < estimate.low < estimate.high < answer.network.high
-    assert write_headline(answer).startswith(
-        f"Hertz holds in {format_interval(estimate)} of the positions, is open in "
-    )
+    assert write_headline(answer).startswith(f"Hertz holds in {format_interval(estimate)} of the positions; ")
 
 
 @pytest.mark.slow
@@ -132,7 +130,7 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
     path = fleet.folder / "screen" / "part-0.parquet"
     rows = rows_of(path)
     write(path, [row | {"verdict": "FAILS", "margin": -5.0} for row in rows])
-    with pytest.raises(InputError, match="drawn positions the screen or the weight changed after the draw"):
+    with pytest.raises(InputError, match="drawn positions have a different screen verdict or weight since the draw"):
         evaluate_fleet(fleet.folder)
 
 

@@ -52,8 +52,8 @@ def test_a_sample_says_which_positions_were_not_solved_and_why(fleet, opened, ca
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["sample", "--finite-elements", "1"], "--finite-elements is 1; allowed: 2 and more"),
-        (["sample", "--part", "1/2"], "--part is 1/2; a sample is solved as a whole"),
+        (["sample", "--finite-elements", "1"], "--finite-elements is 1; allowed: at least 2"),
+        (["sample", "--part", "1/2"], "--part is 1/2; a sample cannot be solved in parts"),
     ],
 )
 def test_what_cannot_be_is_refused(opened, capsys, words, said):

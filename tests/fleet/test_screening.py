@@ -269,7 +269,7 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
     assert 7.0 < profiles.loc["wheel", "noise_um"] < 9.0
     assert profiles.loc["wheel", "filter_mm"] == "4, 8"
     (junk / "wheel.csv").unlink()
-    with pytest.raises(InputError, match="none of its files could be read"):
+    with pytest.raises(InputError, match="no file could be read"):
         run(path, tmp_path / "out")
 
 

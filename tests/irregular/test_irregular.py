@@ -352,12 +352,12 @@ def test_a_model_is_within_the_limit_at_the_places_where_it_holds():
     [
         ("sine:wavelength_mm=30", "amplitude_mm is missing"),
         ("sine:wavelength_mm=30,amplitude_um=-3", "allowed: finite and > 0"),
-        ("sine:wavelength_mm=30,amplitude_um=25,length_mm=3", "it has no length_mm"),
+        ("sine:wavelength_mm=30,amplitude_um=25,length_mm=3", "length_mm is not an input of this kind"),
         ("sine:wavelength=30,amplitude_um=25", "did you mean wavelength_mm"),
         ("sine:wavelength_mm=10,amplitude_um=200", "its largest slope is 0.126"),
         ("square:wavelength_mm=10", "allowed: sine, chord, haversine, table"),
-        ("table:", "no file is given"),
-        ("table:nowhere.csv", "there is no such file"),
+        ("table:", "file is missing"),
+        ("table:nowhere.csv", "there is no file of at most 20 MB"),
     ],
 )
 def test_a_text_that_is_no_irregularity_says_what_is(text, said):
@@ -368,13 +368,13 @@ def test_a_text_that_is_no_irregularity_says_what_is(text, said):
 @pytest.mark.parametrize(
     ("rows", "said"),
     [
-        ("0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of its distance is not given"),
-        ("s_mm,e\n0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of its opening is not given"),
+        ("0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of column distance is missing"),
+        ("s_mm,e\n0,0\n1,0\n2,0\n3,0\n4,0\n", "the unit of column opening is missing"),
         ("s_mm,e_um\n0,0\n1,0\n2,0\n9,0\n10,0\n11,0\n", "a gap of 7 mm from 2 to 9 mm"),
-        ("s_mm,e_mm\n0,0\n1,0\n2,0\n3,0.2\n4,0.2\n5,0.2\n", "a step of .0.2 mm from 2 to 3 mm, a slope of 0.2"),
-        ("s_mm,e_mm\n0,0\n1,0\n1,0\n3,0\n4,0\n", "distances do not grow at 1 mm"),
-        ("s_mm,e_mm\n0,0\n1,0\n", "2 points; allowed: 5 and more"),
-        ("s_mm,e_mm\n0,0\n1,high\n", "row 2 is no pair of numbers"),
+        ("s_mm,e_mm\n0,0\n1,0\n2,0\n3,0.2\n4,0.2\n5,0.2\n", "a step of .0.2 mm from 2 to 3 mm is a slope of 0.2"),
+        ("s_mm,e_mm\n0,0\n1,0\n1,0\n3,0\n4,0\n", "the distance does not increase at 1 mm"),
+        ("s_mm,e_mm\n0,0\n1,0\n", "2 points; allowed: at least 5"),
+        ("s_mm,e_mm\n0,0\n1,high\n", "row 2 is not a pair of numbers"),
     ],
 )
 def test_tables_with_gaps_steps_or_no_units_are_named(tmp_path, rows, said):
@@ -519,11 +519,11 @@ def test_the_command_line_takes_the_same_text(capsys):
 
 def test_edges_and_ends_of_tables_are_refused():
     chord = Irregularity(kind="chord", length_mm=40.0)
-    with pytest.raises(InputError, match="the wheel stands on an edge of its irregularity"):
+    with pytest.raises(InputError, match="the contact point is on an edge of the irregularity"):
         place_case(irregular_case(chord))
-    with pytest.raises(InputError, match="an edge of the irregularity lies in the patch at 25 mm"):
+    with pytest.raises(InputError, match="at 25 mm an edge of the irregularity is in the contact patch"):
         expect_on_half_space(irregular_case(chord, 25.0))
-    with pytest.raises(InputError, match="reaches past the end of the irregularity's table"):
+    with pytest.raises(InputError, match="reaches beyond the table of the irregularity"):
         expect_on_half_space(irregular_case(table(lambda s: 1e-4 * s), 58.0))
     with pytest.raises(InputError, match="rail irregularity is 'sine'; allowed: Irregularity"):
         Case(rail_irregularity="sine")

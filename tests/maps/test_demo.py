@@ -282,7 +282,7 @@ def test_the_demo_is_interrupted_resumed_and_repeated(tmp_path):
     first.send_signal(signal.SIGTERM)
     _, err = first.communicate(timeout=120)
     assert first.returncode == 130
-    assert "interrupted; what was finished is kept" in err
+    assert "interrupted; finished results are kept" in err
     before = {path.name for path in tmp_path.glob("positions/[!.]*") if (path / "stored.json").exists()}
     written = {name: (tmp_path / "positions" / name / "stored.json").stat().st_mtime_ns for name in before}
 

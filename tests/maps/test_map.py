@@ -1519,7 +1519,7 @@ def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
         work=DeadlyWork,
     ).made
     assert [p.converged for p in map_made.positions] == [True, False, True]
-    assert {cell.status for cell in map_made.positions[1].cells} == {"failed: its process died twice (out of memory?)"}
+    assert {cell.status for cell in map_made.positions[1].cells} == {"failed: the process died twice (out of memory?)"}
     fresh = plain(fresh_map([-1.0, 1.0], FEW_LOADS))
     outcome = plain(map_made)
     assert [cell for cell in outcome["cells"] if cell["lateral_shift_mm"]] == fresh["cells"]

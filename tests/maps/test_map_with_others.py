@@ -299,7 +299,7 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
     err = refuse_comparison(capsys, tmp_path / "map", study)
     assert "no case in common" in err
-    assert ", or match them by their inputs with --match shift,load (2 in common)" in err
+    assert ", or match the cases by inputs with --match shift,load (2 in common)" in err
     for pair in ((tmp_path / "map", study), (study, tmp_path / "map")):
         comparison = compare_tables(*map(load_table, pair), match=["shift", "load"])
         assert comparison.cases == [f"lateral_shift_mm 0, load_kN {load}" for load in (50, 100)]

@@ -208,8 +208,8 @@ def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
     )
     if row["changed"]:
         raise InputError(
-            f"{folder}: of {row['changed']} drawn positions the screen or the weight changed after the draw; draw"
-            f" again, which takes over what was solved: fecontact fleet sample {folder}"
+            f"{folder}: {row['changed']} drawn positions have a different screen verdict or weight since the draw; draw"
+            f" again (solved positions are kept): fecontact fleet sample {folder}"
         )
 
 

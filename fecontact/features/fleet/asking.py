@@ -18,19 +18,19 @@ from fecontact.packages import require_finite_elements
 def sample(
     folder: Path, /, *, finite_elements: int = 300, seed: int | None = None, how: RunOptions = DEFAULT_RUN_OPTIONS
 ) -> int:
-    """Solve a random sample of a fleet's positions by finite elements, which says how right the screen is.
+    """Solve a random sample of a fleet by finite elements, to check the screen.
 
-    The positions are drawn from strata by the screen's verdict and how sure it is. A larger number later keeps all that
-    was drawn; the same number again goes on where the command was interrupted.
+    The positions are drawn from strata by the verdict of the screen and its margin. If you give a larger number later,
+    all earlier draws are kept. The same command resumes an interrupted run.
 
     Parameters
     ----------
     folder
-        Folder of a screened fleet; the solved cases are a study in its folder sample/.
+        Folder of a screened fleet. Its subfolder sample/ gets the solved cases as a study.
     finite_elements
-        Positions of the sample, earlier ones among them.
+        Number of positions in the sample, earlier draws included (at least 2).
     seed
-        Seed of the draw; 1 if not given, or the one of earlier draws.
+        Seed of the draw; by default the seed of earlier draws, or 1.
     """
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.sampling import draw_sample, make_cases, solve_sample
@@ -40,11 +40,13 @@ def sample(
     require_finite_elements()
     settings = how.settings()
     if settings.part is not None:
-        raise InputError(f"--part is {how.part}; a sample is solved as a whole; leave it out, or give --scheduler")
+        raise InputError(
+            f"--part is {how.part}; a sample cannot be solved in parts; leave out --part, or use --scheduler"
+        )
     case_of = open_fleet(folder).case
     drawn_positions = draw_sample(folder, finite_elements, seed)
     with log_command(folder / "sample" / "run.log"):
-        changed = f"; {drawn_positions.dropped} of earlier draws are of another population" * (
+        changed = f"; {drawn_positions.dropped} earlier draws are not in this population" * (
             drawn_positions.dropped > 0
         )
         announce(
@@ -68,14 +70,15 @@ def sample(
 
 
 def report(folder: Path, /, *, json: bool = False) -> int:
-    """Tell in how many positions of a fleet Hertz holds, where not, why, and how sure that is.
+    """Report the share of positions in which Hertz holds, its uncertainty and the causes.
 
     Parameters
     ----------
     folder
-        Folder of a screened fleet; it gets report.html, answer.csv, and pictures and tables in report/.
+        Folder of a screened fleet. The command writes report.html, answer.csv, and pictures and tables in report/ into
+        it.
     json
-        Print the answer for the whole fleet and for each group as JSON, and nothing else.
+        Print only the answer for the fleet and for each group, as JSON.
     """
     from fecontact.features.fleet.answer import evaluate_fleet
     from fecontact.features.fleet.checking import open_fleet

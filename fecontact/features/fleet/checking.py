@@ -170,7 +170,7 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     """
     folder = Path(out)
     if not (folder / FLEET_RECORD).is_file() or not (folder / FLEET_FILE).is_file():
-        raise InputError(f"{folder}: it has no {FLEET_RECORD}; give the folder of a finished `fecontact fleet run`")
+        raise InputError(f"{folder} has no {FLEET_RECORD}; give the folder of a finished `fecontact fleet run`")
     record = read_json(folder / FLEET_RECORD)
     rows = import_arrow("parquet").ParquetFile(folder / PROFILES).read().to_pylist()
     return ScreenedFleet(

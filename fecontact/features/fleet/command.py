@@ -15,21 +15,24 @@ from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.features.fleet.asking import report, sample
 
 fleet = App(
-    name="fleet", help="In how many contacts of many measured wheels and rails Hertz holds, and how sure that is."
+    name="fleet",
+    help="Share of the contacts of many measured wheels and rails in which Hertz holds, with its uncertainty.",
 )
 
 
 @fleet.command
 def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
-    """Screen every position of a fleet by a cheap theory; the same command goes on after an interruption.
+    """Screen all positions of a fleet with a cheap theory.
+
+    The same command resumes an interrupted run.
 
     Parameters
     ----------
     file
-        Wheels, rails, pairs, shifts and loads (TOML); `fecontact guide fleet` has one.
+        File of the fleet (TOML): wheels, rails, pairs, shifts and loads. `fecontact guide fleet` shows an example.
     out
-        Folder for profiles.parquet (a row for each file, also for those that were refused), screen/part-*.parquet (a
-        row for each position) and fleet.json; a file that is added later costs that file.
+        Folder for profiles.parquet (a row for each file, refused files included), screen/part-*.parquet (a row for each
+        position) and fleet.json. A file that you add later costs only the time of this file and its pairs.
     """
     from fecontact.features.fleet.running import run_fleet
 
@@ -39,15 +42,17 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
             screening = run_fleet(file, out, settings=how.settings(), progress=progress)
         print_result(screening.headline, quiet=how.quiet)
         if screening.reused:
-            print_result(f"{screening.reused} of {screening.pairs} pairs were finished before", quiet=how.quiet)
+            print_result(
+                f"{screening.reused} of {screening.pairs} pairs were finished by an earlier run", quiet=how.quiet
+            )
         print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
         for name, notes in screening.notes.items():
             for note in notes:
                 write_to_log(f"{name}: {note}")
         if screening.notes:
             print_result(
-                f"readers assumed something of {len(screening.notes)} of {screening.profiles} files, such as the side"
-                f" or the origin: see the notes in {out / 'run.log'}, profiles.parquet and the report",
+                f"the readers made assumptions about {len(screening.notes)} of {screening.profiles} files, such as the"
+                f" side or the origin; see the notes in {out / 'run.log'}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
@@ -58,12 +63,12 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
 
 @fleet.command
 def check(file: Path) -> int:
-    """Say how many positions a fleet has, and about what time and memory they take; no profile is read.
+    """Print the size, time and memory of a fleet, without reading a profile.
 
     Parameters
     ----------
     file
-        As for `fecontact fleet run`.
+        File of the fleet (TOML), as for `fecontact fleet run`.
     """
     announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
     return 0
@@ -92,20 +97,23 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
 
 @fleet.command
 def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) -> int:
-    """Write a fleet to try: worn and noisy copies of profiles of the library, as an instrument measures them.
+    """Write an example of a fleet: worn copies of library profiles with noise.
 
     Parameters
     ----------
     folder
         Folder for wheels/, rails/, their tables wheels.csv and rails.csv, and fleet.toml.
     wheels, rails
-        How many of each.
+        Number of wheels, and number of rails (1 to 10000 each).
     seed
-        Of wear and noise; the same one makes the same files.
+        Seed of wear and noise; equal seeds give equal files.
     """
     from fecontact.features.fleet.examples import write_fleet
 
-    print_result(f"{write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}: fecontact fleet run it")
+    print_result(
+        f"Fleet: {write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}; next: `fecontact fleet run` with this"
+        " file and --out FOLDER"
+    )
     return 0
 
 

@@ -17,7 +17,7 @@ from fecontact.profiles.examples import format_points, make_worn_points
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
 _RADII_M = (300.0, 500.0, 1000.0, 3000.0, 10_000.0)
 _MOST_PROFILES = 10_000
-_FLEET_TEXT = """# A fleet of worn and noisy copies of profiles of the library.
+_FLEET_TEXT = """# Example of a fleet: worn copies of library profiles with noise.
 seed = {seed}
 theory = "strip"
 filters_mm = [4, 8]
@@ -64,7 +64,7 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
     """
     for body, count in (("wheels", wheels), ("rails", rails)):
         if not 1 <= count <= _MOST_PROFILES:
-            raise InputError(f"{body} is {count}; allowed: 1 to {_MOST_PROFILES}")
+            raise InputError(f"{body} is {count}; allowed: 1 to {_MOST_PROFILES}; give a number in this range")
     tables = {
         "wheels": "file,vehicle,mileage_km\n" + "".join(_write_wheel(folder, k, seed) for k in range(wheels)),
         "rails": "file,line,km,curve_radius_m\n" + "".join(_write_rail(folder, k, seed) for k in range(rails)),

@@ -57,7 +57,7 @@ class Sources:
 
     files: Any = custom_field(
         None,
-        "Folder, glob, name of the library, or table (.csv, .parquet) with a column file and what is known of each",
+        "Folder, glob, library name, or table (.csv, .parquet) with the column file and columns of your own",
         domain="a text, or a list of texts",
         words='a text such as "wheels/*.csv", or a list of texts',
         holds=_is_sources,
@@ -74,16 +74,16 @@ class Pairing:
     """Pairs of wheels and rails: each wheel with each rail by default."""
 
     draw: float | None = number_field(
-        None, "Pairs drawn at random by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
+        None, "Number of pairs, drawn by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
     )
     table: str | None = _make_table_slot(
-        "Table (.csv, .parquet) with columns wheel and rail, and weight if pairs differ in it"
+        "Table (.csv, .parquet) with the columns wheel and rail, and weight if the weights differ"
     )
 
     def __post_init__(self) -> None:
         """Raise InputError if both keys are given."""
         if self.draw is not None and self.table is not None:
-            raise InputError("draw and table are both given; allowed: one of them; leave one out")
+            raise InputError("draw and table are both given; allowed: draw or table; leave out draw or table")
 
 
 @input_dataclass
@@ -94,23 +94,28 @@ class Distribution:
     """
 
     values: Any = _make_numbers_slot("Values", "a list of numbers")
-    weights: Any = _make_numbers_slot("Weight of each value; equal ones if not given", "a list of numbers")
+    weights: Any = _make_numbers_slot("Weight of each value; equal weights by default", "a list of numbers")
     normal: Any = _make_numbers_slot("Mean and standard deviation", "two numbers: mean and standard deviation")
     uniform: Any = _make_numbers_slot("Smallest and largest value", "two numbers: smallest and largest value")
     count: float = number_field(
-        10.0, "How many values stand for a distribution", low=1.0, high=_MOST_VALUES, remedy="5 to 20"
+        10.0, "Number of equally likely values of a distribution", low=1.0, high=_MOST_VALUES, remedy="give 5 to 20"
     )
 
     def __post_init__(self) -> None:
         """Raise InputError unless a single distribution is given, with its numbers and weights."""
         present = [name for name in ("values", "normal", "uniform") if getattr(self, name) is not None]
         if len(present) != 1:
-            raise InputError(f"{' and '.join(present) or 'nothing'} given; allowed: one of values, normal, uniform")
+            raise InputError(
+                f"{' and '.join(present) or 'nothing'} given; allowed: exactly one of values, normal, uniform"
+            )
         if self.values is None and len(getattr(self, present[0])) != 2:
-            raise InputError(f"{present[0]} has {len(getattr(self, present[0]))} numbers; allowed: 2")
+            raise InputError(
+                f"{present[0]} has {len(getattr(self, present[0]))} numbers; allowed: 2; give mean and standard"
+                " deviation (normal), or smallest and largest value (uniform)"
+            )
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             raise InputError(
-                f"{len(self.weights)} weights for {len(self.values or ())} values; give one for each value"
+                f"{len(self.weights)} weights for {len(self.values or ())} values; give a weight for each value"
             )
 
     @property
@@ -133,7 +138,7 @@ class Distribution:
             return normalise_weights(((low + middle * (high - low), 1.0) for middle in middles), "weights")
         mean, deviation = self.normal
         if not deviation > 0.0:
-            raise InputError(f"standard deviation is {deviation:g}; allowed: > 0; a single value stands in values")
+            raise InputError(f"standard deviation is {deviation:g}; allowed: > 0; give a single value with values")
         return normalise_weights(((NormalDist(mean, deviation).inv_cdf(middle), 1.0) for middle in middles), "weights")
 
 
@@ -142,7 +147,7 @@ class Positions:
     """Shifts and loads that go together, in place of a `Distribution` of each."""
 
     table: str | None = _make_table_slot(
-        "Table (.csv, .parquet) with columns shift_mm and load_kN, and weight if positions differ in it"
+        "Table (.csv, .parquet) with the columns shift_mm and load_kN, and weight if the weights differ"
     )
 
 
@@ -178,12 +183,14 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
     for key, weight in weighted:
         if not (math.isfinite(weight) and weight >= 0.0):
             raise InputError(
-                f"{subject}: the weight of {key} is {weight}; allowed: finite and >= 0; mend or leave it out"
+                f"{subject}: the weight of {key} is {weight}; allowed: finite and >= 0; correct it or leave it out"
             )
         weights[key] = weights.get(key, 0.0) + weight
     total = math.fsum(weights.values())
     if not total > 0.0:
-        raise InputError(f"{subject}: they sum to {total:g}; allowed: > 0; give at least one weight above zero")
+        raise InputError(
+            f"{subject}: the sum of the weights is {total:g}; allowed: > 0; give at least one weight above zero"
+        )
     return {key: weights[key] / total for key in sorted(weights)}
 
 
@@ -191,15 +198,13 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
 class _TopLevelKeys:
     """Keys at the top level of the file, outside its tables."""
 
-    seed: float = number_field(1.0, "Seed of what is drawn", low=0.0, high=2**53, remedy="any whole number")
-    theory: ScreeningTheory = choice_field(
-        "strip", "Theory by which every position is screened", ("strip", "half_space")
-    )
+    seed: float = number_field(1.0, "Seed of random draws", low=0.0, high=2**53, remedy="give a whole number")
+    theory: ScreeningTheory = choice_field("strip", "Theory of the screen", ("strip", "half_space"))
     filters_mm: Any = custom_field(
         (4.0, 8.0),
-        "Wave lengths over which measured points are smoothed: a line each",
+        "Filter lengths; each gives a variant of every measured profile",
         domain="numbers",
-        words="two or more lengths in mm such as [4, 8]",
+        words="at least two lengths of up to 1000 mm, such as [4, 8]",
         holds=lambda value: _is_numbers(value) and len(value) > 1 and all(0.0 < length <= 1000.0 for length in value),
     )
 
@@ -267,7 +272,7 @@ def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
     try:
         content = read_toml_text(path.read_text("utf-8"), f"fleet {path}")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"fleet {path}: it cannot be read ({error})") from error
+        raise InputError(f"fleet {path} cannot be read ({error}); give a TOML file in UTF-8") from error
     try:
         return _make_fleet(content, folder or path.absolute().parent)
     except InputError as error:
@@ -292,7 +297,10 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
     values = read_table(_TopLevelKeys, "fleet", {key: value for key, value in content.items() if key in top})
     separate = {name for name, kind in tables.items() if kind is Distribution}
     if "positions" in content and (distributions := sorted(separate & content.keys())):
-        raise InputError(f"[positions] and [{distributions[0]}] are both given; allowed: one of them; leave one out")
+        raise InputError(
+            f"[positions] and [{distributions[0]}] are both given; allowed: [positions], or"
+            " [shifts_mm] and [loads_kN]; leave out the others"
+        )
     left_out = separate if "positions" in content else {"positions"}
     tables_read: dict[str, Any] = {
         name: read_table(kind, name, content.get(name, {} if kind is Pairing else None))
@@ -304,14 +312,16 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
             raise InputError(f"[{name}]: files is missing; give a folder, a glob or a table")
     case_table = content.get("case", {})
     if not isinstance(case_table, dict) or (misplaced := [key for key in _KEYS_OF_TABLES if key in case_table]):
-        problem = f"{', '.join(misplaced)} stand" if isinstance(case_table, dict) else "it is no table, or stands"
-        raise InputError(f"[case]: {problem} in tables of their own: [wheels], [rails], [shifts_mm], [loads_kN]")
+        problem = f"{', '.join(misplaced)} not allowed here" if isinstance(case_table, dict) else "not a table"
+        raise InputError(
+            f"[case]: {problem}; give profiles, shifts and loads in [wheels], [rails], [shifts_mm], [loads_kN]"
+        )
     case = read_case_table(case_table)
     if case.irregularities:
-        raise InputError("[case]: it has an irregularity along the track; allowed: smooth bodies; leave it out")
+        raise InputError("[case]: an irregularity along the track is given; allowed: smooth bodies; leave it out")
     if case.roll == "loaded" and case.roll_load_N is None:
         raise InputError(
-            "[case]: a position has one roll for all loads; say under which load it is found: roll_load_kN"
+            "[case]: all loads of a position have the same roll; give roll_load_kN, the load that sets the roll"
         )
     return Fleet(
         folder=folder,
@@ -369,8 +379,8 @@ def _list_positions(positions: Positions, folder: Path) -> dict[Position, float]
         shift, load = (to_float(row[name]) for name in ("shift_mm", "load_kN"))
         if shift is None or load is None:
             raise InputError(
-                f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; mend the"
-                " row, or take it out"
+                f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; correct"
+                " or remove the row"
             )
         weighted.append(((shift, load), read_weight(row, where)))
     return normalise_weights(weighted, f"table {path}")

@@ -56,7 +56,7 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     for body, body_weights in weights.items():
         if not body_weights:
             reason = next(read_refusal_reason(profile) for profile in profiles if profile.candidate.body == body)
-            raise InputError(f"[{body}s]: none of its files could be read; the first one: {reason}; see {PROFILES}")
+            raise InputError(f"[{body}s]: no file could be read; first reason: {reason}; all reasons: {PROFILES}")
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
     return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 

@@ -81,9 +81,9 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
     all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet.folder, text, body))
     profiles = list(islice(all_candidates, MOST_FILES + 1))
     if not profiles:
-        raise InputError(f"[{body}s]: {', '.join(texts)} has no file; give a folder or a glob that has some")
+        raise InputError(f"[{body}s]: no file in {', '.join(texts)}; give a folder or a glob with at least one file")
     if len(profiles) > MOST_FILES:
-        raise InputError(f"[{body}s]: more than {MOST_FILES} files; allowed: up to that; give a part of them")
+        raise InputError(f"[{body}s]: more than {MOST_FILES} files; allowed: at most this number; give fewer files")
     names: dict[str, str] = {}
     contents: dict[tuple[str, str], str] = {}
     return [_check_content(_assign_unique_name(candidate, names), contents) for candidate in profiles]
@@ -162,7 +162,7 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
     first_name = contents.setdefault((content, repr(candidate.known.get("mirror"))), candidate.name)
     if first_name != candidate.name:
         return replace(
-            candidate, problem=f"it has the content of {first_name}", remedy="give it once, with the sum of the weights"
+            candidate, problem=f"same content as {first_name}", remedy="list it once, with the sum of the weights"
         )
     return candidate
 
@@ -208,7 +208,9 @@ def weigh_candidate_pairs(
             ((pair, 1.0) for pair in zip(*(map(str, names) for names in drawn_names), strict=True)), "[pairs]"
         )
     if (count := len(wheel_weights) * len(rail_weights)) > MOST_PAIRS:
-        raise InputError(f"[pairs]: {count} pairs; allowed: up to {MOST_PAIRS}; draw some: draw = 10000 in [pairs]")
+        raise InputError(
+            f"[pairs]: {count} pairs; allowed: at most {MOST_PAIRS}; draw a sample: draw = 10000 in [pairs]"
+        )
     return {
         (wheel, rail): wheel_weights[wheel] * rail_weights[rail] for wheel in wheel_weights for rail in rail_weights
     }
@@ -222,7 +224,8 @@ def _list_pairs(
         wheel, rail = str(row["wheel"]), str(row["rail"])
         if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
             raise InputError(
-                f"table {path}, row {number}: there is no {min(unknown)}; give names as profiles have them"
+                f"table {path}, row {number}: there is no {min(unknown)}; give the name in its table, or its file name"
+                " without ending"
             )
         if wheel in wheels and rail in rails:
             yield (wheel, rail), read_weight(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]

@@ -189,7 +189,8 @@ def _collect_profile(
         )
     if outcome.failure is not None:
         return ReadProfile(
-            candidate=candidate, record={"status": "refused", "reason": outcome.failure, "remedy": "read it alone"}
+            candidate=candidate,
+            record={"status": "refused", "reason": outcome.failure, "remedy": "check it with `fecontact profiles`"},
         )
     if outcome.value["status"] == "refused":
         return ReadProfile(candidate=candidate, record=outcome.value)

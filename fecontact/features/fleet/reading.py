@@ -160,7 +160,7 @@ class ReadingProfile:
             write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
             return WorkResult()
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
-            raise InputError(f"{self.spec} changed while it was read; give the same command again")
+            raise InputError(f"{self.spec} changed while it was read; run the same command again")
         write_json(folder / _RECORD_FILE, _make_record(variants))
         if variants[0].measured is not None:
             _store_variants(variants, folder / _VARIANTS_FILE)
@@ -239,5 +239,5 @@ def read_record(folder: Path) -> Mapping[str, Any]:
     """
     record = read_json(folder / _RECORD_FILE)
     if not isinstance(record, dict) or record.get("status") not in ("read", "refused"):
-        raise InputError(f"{folder / _RECORD_FILE}: it has another layout; it is read again")
+        raise InputError(f"{folder / _RECORD_FILE} has a different layout; the profile is read again")
     return cast("Mapping[str, Any]", record)

@@ -105,13 +105,13 @@ def write_headline(answer: FleetAnswer) -> str:
     )
     if not population.drawn:
         return (
-            f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions, fails in"
-            f" {format_percent(screen['fails'])} %, is open in {format_percent(screen['open'])} %, and"
+            f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
+            f" {format_percent(screen['fails'])} %; {format_percent(screen['open'])} % are open and"
             f" {format_percent(screen['refused'])} % {_UNSOLVED_TEXT}; {files}"
         )
     return (
-        f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions, is open in"
-        f" {format_interval(population.share(OPEN))}, and {format_interval(population.share(UNSOLVED))}"
+        f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions;"
+        f" {format_interval(population.share(OPEN))} are open and {format_interval(population.share(UNSOLVED))}"
         f" {_UNSOLVED_TEXT}; {files}"
     )
 
@@ -134,17 +134,18 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
     low, high = (format_percent(bound) for bound in population.bounds)
     if population.drawn:
         yield (
-            f"Of these positions {population.drawn} were drawn and solved by finite elements; intervals are for 95 %."
-            f" Whichever way the open and the unsolved ones fall, Hertz holds in {low} to {high} % (limits of both)."
+            f"{population.drawn} of these positions were drawn and solved by finite elements; intervals are for 95 %."
+            f" For any verdict of the open and unsolved positions, Hertz holds in {low} to {high} % (interval limits"
+            " included)."
         )
     else:
         yield (
-            f"Whichever way the open and the refused ones fall, Hertz holds in {low} to {high} % by the screen. How"
-            " right the screen is, a sample by finite elements says: fecontact fleet sample FOLDER"
+            f"For any verdict of the open and refused positions, Hertz holds in {low} to {high} % by the screen. The"
+            " accuracy of the screen is unknown; measure it with finite elements: fecontact fleet sample FOLDER"
         )
     if answer.network:
         share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
-        yield f"For a network of which these wheels and rails are a random sample: {share}."
+        yield f"If these wheels and rails are a random sample of a network, Hertz holds in {share} of its positions."
 
 
 def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = None) -> Path:
@@ -176,7 +177,7 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     parts: list[Part] = [
         Heading(f"Fleet {folder.resolve().name}", 1),
         *make_report_parts(answer, report_folder),
-        *([Heading("The worst pairs in section"), *sections] if sections else []),
+        *([Heading("Cross-sections of the worst pairs"), *sections] if sections else []),
         *closing_parts((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
     ]
     return write_text(folder / REPORT_FILE, render_page(f"Where Hertz holds: fleet {folder.resolve().name}", parts))
@@ -218,44 +219,43 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
     """
     yield Lead(f"{write_headline(answer)}.")
     yield from explain_answer(answer)
-    yield Heading("At which shifts and loads")
-    yield Picture(
-        content=pictures / "map.svg", words="Share of the pairs, by weight, for which Hertz holds by the screen."
-    )
+    yield Heading("Shifts and loads at which Hertz holds")
+    yield Picture(content=pictures / "map.svg", words="Share of the pairs, by weight, for which Hertz holds (screen).")
     yield _make_cells_table(answer.cells)
     if answer.groups:
-        yield Heading("For which wheels and rails")
+        yield Heading("Wheels and rails for which Hertz holds")
         yield Picture(
             content=pictures / "groups.svg",
-            words="Share at which Hertz holds; a group counts by its weight, its interval is from its own draws alone.",
+            words="Share of the weight for which Hertz holds; the interval of a group uses only its draws.",
         )
-        yield make_table("By group, in percent of its weight", _GROUP_COLUMNS, make_answer_rows(answer))
-    yield Heading("Why not, and what instead")
+        yield make_table("Groups, in % of their weight", _GROUP_COLUMNS, make_answer_rows(answer))
+    yield Heading("Causes, and theories in place of Hertz")
+    yield make_table("Why Hertz does not hold (screen), in % of all positions", _CAUSE_COLUMNS, answer.causes)
+    yield make_table("Cheapest theory that holds, in % of all positions", _THEORY_COLUMNS, answer.theories)
+    yield Heading("Worst pairs")
     yield make_table(
-        "Why Hertz does not hold by the screen, in percent of all positions", _CAUSE_COLUMNS, answer.causes
+        "Pairs with the smallest share of Hertz, each with its worst position", _WORST_PAIR_COLUMNS, answer.worst
     )
-    yield make_table("The cheapest theory that holds, in percent of all positions", _THEORY_COLUMNS, answer.theories)
-    yield Heading("The worst pairs")
-    yield make_table("Pairs with the smallest share, and the worst position of each", _WORST_PAIR_COLUMNS, answer.worst)
-    yield Heading("How right is the screen?")
+    yield Heading("How accurate is the screen?")
     yield from _describe_screening(answer)
-    yield make_table("Drawn positions by finite elements", _STRATUM_COLUMNS, answer.strata)
+    yield make_table("Drawn positions, solved by finite elements", _STRATUM_COLUMNS, answer.strata)
     yield Heading("Files")
     yield make_table("", _FILE_COLUMNS, answer.files)
     if answer.notes:
-        yield make_table("What was assumed of files that were read", _NOTE_COLUMNS, answer.notes)
+        yield make_table("Assumptions of the readers of files", _NOTE_COLUMNS, answer.notes)
 
 
 def _describe_screening(answer: FleetAnswer) -> Iterator[str]:
     """Yield sentences on the agreement of the screening with the finite elements."""
     theory = THEORIES[answer.about["theory"]].words
     if not answer.whole.drawn:
-        yield f"No position was solved by finite elements: nothing is known of how right {theory} is."
+        yield f"The accuracy of the screen ({theory}) is unknown, because no position was solved by finite elements."
         return
     yield (
-        f"Positions were drawn from four strata by what the screen ({theory}) says of them and how surely: near is"
-        " open, or a margin of less than two uncertainties. Each position counts by its weight over the probability"
-        " with which it was drawn. Limits of a stratum are exact ones, so that none of its draws is not none of it."
+        f"Positions were drawn from four strata by the verdict of the screen ({theory}) and its margin: near is open,"
+        " or a margin of less than two uncertainties. Each position counts with its weight divided by its probability"
+        " of being drawn. Limits of a stratum are exact. Without a contradiction, the upper limit is above"
+        " zero unless all positions of the stratum were drawn."
     )
 
 
@@ -305,19 +305,19 @@ def _make_interval_column(heading: str, answer: str) -> Column:
 
 
 _GROUP_COLUMNS = [
-    text_column("of", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
+    text_column("group", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
     text_column("value", "value"),
     _make_percent_column("weight\n%", lambda row: row["weight_percent"] / 1e2),
-    _make_percent_column("by the\nscreen", lambda row: row["screen_holds_percent"] / 1e2),
+    _make_percent_column("screen\n%", lambda row: row["screen_holds_percent"] / 1e2),
     number_column("drawn", "drawn"),
-    _make_interval_column("Hertz holds", "holds"),
+    _make_interval_column("Hertz holds\n%", "holds"),
     text_column(
-        "with open\nas either",
+        "open holds\nor fails %",
         lambda row: " to ".join(format_percent(row[f"bound_{end}_percent"] / 1e2) for end in ("low", "high")),
         "number",
     ),
 ]
-_WORDS_WITHOUT_THEORY = {"OPEN": "open which", "none": "none of them"}
+_WORDS_WITHOUT_THEORY = {"OPEN": "open", "none": "none"}
 _THEORY_COLUMNS = [
     text_column(
         "",
@@ -338,27 +338,27 @@ _WORST_PAIR_COLUMNS = [
     text_column("cause", "cause", wraps=True),
 ]
 _STRATUM_COLUMNS = [
-    text_column("the screen says", "stratum"),
+    text_column("screen", "stratum"),
     number_column("weight\n%", "weight_percent", "{:.1f}"),
     number_column("positions", "positions"),
     *(number_column(name, name) for name in ("drawn", "holds", "fails", "open", "unsolved")),
-    number_column("against\nthe screen", "discordant"),
-    _make_interval_column("of those that both decide\n%", "discordant"),
+    number_column("contradict\nthe screen", "discordant"),
+    _make_interval_column("of decided\npositions %", "discordant"),
 ]
 _FILE_COLUMNS = [
     text_column("", "body"),
     text_column("", "status"),
     number_column("files", "files"),
     _make_percent_column("%", lambda row: row["share"]),
-    text_column("why", "reason", wraps=True),
+    text_column("reason", "reason", wraps=True),
     text_column("remedy", "remedy", wraps=True),
-    text_column("such as", lambda row: row["example"] if row["status"] == "refused" else ""),
+    text_column("example", lambda row: row["example"] if row["status"] == "refused" else ""),
 ]
 _NOTE_COLUMNS = [
     text_column("", "body"),
     number_column("files", "files"),
     text_column("note", "note", wraps=True),
-    text_column("such as", "example"),
+    text_column("example", "example"),
 ]
 
 
@@ -374,7 +374,7 @@ def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
         {"shift": shift, **{f"{load:g}": text_of_load for load, text_of_load in texts.items()}}
         for shift, texts in by_shift.items()
     ]
-    return make_table("Hertz holds, in percent of the pairs by weight (open ones in brackets)", columns, table_rows)
+    return make_table("Pairs for which Hertz holds, in % by weight (open pairs in brackets)", columns, table_rows)
 
 
 def _format_cell(row: RowMapping) -> str:
@@ -443,10 +443,8 @@ def draw_groups(answer: FleetAnswer) -> Figure:
         np.array([sum(row[f"screen_{name}_percent"] for name in names) for row in rows])
         for names in (("holds",), ("open", "refused"))
     )
-    ax.barh(
-        positions, undecided, left=holds, height=0.25, color=ANSWER_COLOURS["failed"], label="open or refused by it"
-    )
-    ax.plot(holds, positions, ls="none", **series_style(1), label="by the screen")
+    ax.barh(positions, undecided, left=holds, height=0.25, color=ANSWER_COLOURS["failed"], label="open or refused")
+    ax.plot(holds, positions, ls="none", **series_style(1), label="screen")
     solved_rows = [(position, row) for position, row in enumerate(rows) if row["drawn"]]
     if solved_rows:
         middle, low, high = (
@@ -455,7 +453,11 @@ def draw_groups(answer: FleetAnswer) -> Figure:
         reach = np.array([middle - low, high - middle])
         style = series_style(0) | {"ls": "none", "capsize": 3.0}
         ax.errorbar(
-            middle, [position for position, _ in solved_rows], xerr=reach, **style, label="by finite elements, 95 %"
+            middle,
+            [position for position, _ in solved_rows],
+            xerr=reach,
+            **style,
+            label="finite elements, 95 % interval",
         )
     names = [f"{row['body']} {row['column']}: {row['value']}" if row["column"] else "all" for row in rows]
     ax.set(yticks=positions, yticklabels=names, xlim=(-2.0, 102.0), xlabel="Hertz holds, in % of the weight")

@@ -102,7 +102,7 @@ def run_fleet(
     import_arrow("parquet")
     definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     if settings.part is not None:
-        raise InputError("fleets have no parts; give --scheduler for many machines")
+        raise InputError("--part is not allowed for a fleet; leave it out, or use --scheduler for several machines")
     candidate_list = [
         mark_unusable(definition, with_radius(definition, candidate))
         for body in BODIES
@@ -172,5 +172,5 @@ def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:
     return (
         f"{screened.pairs} pairs ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
         f" {', '.join(fleet.rails)}, each at {len(fleet.positions)} positions (shifts of {ranges[0]} mm, loads of"
-        f" {ranges[1]} kN) by their weights"
+        f" {ranges[1]} kN), by weight"
     )

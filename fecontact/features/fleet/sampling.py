@@ -82,7 +82,9 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
         If `draws` is less than two, or earlier draws have a different seed.
     """
     if draws < 2:
-        raise InputError(f"--finite-elements is {draws}; allowed: 2 and more, 300 for an interval of about 2 points")
+        raise InputError(
+            f"--finite-elements is {draws}; allowed: at least 2; 300 give an interval of about 2 percentage points"
+        )
     with open_tables(folder) as tables:
         seed = _find_seed(tables, seed)
         counts = _allocate_to_strata(tables, draws)
@@ -117,7 +119,9 @@ def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
     """Seed of all draws of a sample; raises InputError if earlier draws have a different seed."""
     earlier_seeds = [row["seed"] for row in query_rows(tables, "SELECT DISTINCT seed FROM sample")]
     if earlier_seeds and asked_for not in (None, *earlier_seeds):
-        raise InputError(f"--seed is {asked_for}; earlier draws of this sample have {earlier_seeds[0]}; leave it out")
+        raise InputError(
+            f"--seed is {asked_for}; earlier draws of this sample have seed {earlier_seeds[0]}; leave out --seed"
+        )
     return int(earlier_seeds[0]) if earlier_seeds else 1 if asked_for is None else asked_for
 
 

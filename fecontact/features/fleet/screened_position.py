@@ -148,7 +148,7 @@ def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
     all_judgements = [variant.judge_theory(HERTZ) for variant in variants]
     judgements = [judgement for judgement in all_judgements if judgement is not None]
     if len(judgements) < len(variants):
-        raise InputError("no ellipse fits at the touch point")
+        raise InputError("no Hertz ellipse exists at the contact point")
     answers = [answer for answer, _, _ in judgements]
     verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
     deviations = {

@@ -51,7 +51,7 @@ def import_arrow(module: str) -> Any:
     try:
         return import_module(f"pyarrow.{module}")
     except ImportError as error:
-        raise InputError("fleets need the package pyarrow: pip install 'fecontact[fleet]'") from error
+        raise InputError("fleets need the package pyarrow; install it: pip install 'fecontact[fleet]'") from error
 
 
 def read_rows(path: Path, required_columns: Iterable[str], most_rows: int) -> list[Record]:
@@ -81,12 +81,14 @@ def read_rows(path: Path, required_columns: Iterable[str], most_rows: int) -> li
     try:
         table = read_table(path)
     except (OSError, ValueError) as error:
-        raise InputError(f"table {path}: it cannot be read ({str(error)[:200]})") from error
+        raise InputError(f"table {path} cannot be read ({str(error)[:200]}); give a CSV or Parquet file") from error
     if missing := [name for name in required_columns if name not in table.column_names]:
-        raise InputError(f"table {path}: it has no column {missing[0]}; it has {', '.join(table.column_names)[:200]}")
+        raise InputError(
+            f"table {path}: no column {missing[0]}; columns: {', '.join(table.column_names)[:200]}; add the column"
+        )
     if table.num_rows > most_rows:
         raise InputError(
-            f"table {path}: {table.num_rows} rows; allowed: up to {most_rows}; give a part of it, or draw pairs"
+            f"table {path}: {table.num_rows} rows; allowed: at most {most_rows}; give fewer rows, or draw pairs"
         )
     rows: list[Record] = table.to_pylist()
     return rows
@@ -117,9 +119,7 @@ def read_weight(row: Record, where: str) -> float:
     except (TypeError, ValueError):
         weight = -1.0
     if not 0.0 <= weight < math.inf:
-        raise InputError(
-            f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; mend the row, or take it out"
-        )
+        raise InputError(f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; correct or remove the row")
     return weight
 
 
@@ -151,7 +151,7 @@ def write_table(rows: Sequence[Record], path: Path) -> Path:
         table = lib.Table.from_pydict({column: [row.get(column) for row in rows] for column in columns})
     except (TypeError, ValueError) as error:
         raise InputError(
-            f"{path.name}: a column has values of several kinds ({error}); give one kind in all tables"
+            f"{path.name}: a column has values of different types ({error}); give the same type in all tables"
         ) from error
     return write_atomically(path, lambda temporary: parquet.write_table(table, temporary))
 
@@ -180,11 +180,13 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
     try:
         import duckdb
     except ImportError:
-        raise InputError("a fleet needs DuckDB and pyarrow: pip install 'fecontact[fleet]'") from None
+        raise InputError(
+            "fleets need the packages duckdb and pyarrow; install them: pip install 'fecontact[fleet]'"
+        ) from None
     if not (folder / PROFILES).is_file() or not any((folder / SCREEN).glob("part-*.parquet")):
         raise InputError(
-            f"{folder} has no screened fleet ({PROFILES}, {SCREEN}/part-*.parquet); first: fecontact fleet run"
-            f" FLEET.toml --out {folder}"
+            f"{folder} has no screened fleet ({PROFILES}, {SCREEN}/part-*.parquet); screen it first: fecontact fleet"
+            f" run FLEET.toml --out {folder}"
         )
     tables = duckdb.connect()
     tables.read_parquet(str(folder / PROFILES)).create_view("profiles")
