@@ -22,6 +22,7 @@ from fecontact.outputs.hertz_terminal import touch_point_table
 from fecontact.outputs.own_profiles import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import elastic_record, requested_record
+from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
@@ -98,19 +99,17 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
 
 
 def _has_plastic_step(record: TableRecord) -> bool:
-    return record.get("plastic") is not None
+    return record["plastic"] is not None
 
 
 def _theory_lines(record: TableRecord) -> Iterator[str]:
     """Iterate over two lines: the cheapest theory that holds, and the answers for all theories."""
     reference = "against elastic bodies: " * _has_plastic_step(record)
     yield f"{reference}{text}" if (text := cheapest_text(record)) else ""
-    judged_theories = {
-        name: theory for name, theory in record["theories"].items() if name != HERTZ_GAUGE and "verdict" in theory
-    }
+    theories = {name: theory for name, theory in judged_theories(record).items() if name != HERTZ_GAUGE}
     elastic = elastic_record(record)
     by_answer: dict[str, list[str]] = {}
-    for name, theory in judged_theories.items():
+    for name, theory in theories.items():
         answer = elastic["verdict"]["answer"] if name in HERTZ_OF_EACH_SIDE else theory["verdict"]["answer"]
         range_part = (
             " (out of its range)" if theory["status"] == "out of range" and name not in HERTZ_OF_EACH_SIDE else ""
@@ -123,13 +122,14 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     """Iterate over all further parts on a case."""
     if "touch_points" in record:
         yield touch_point_table(record)
-    for name in (name for name in HERTZ_OF_EACH_SIDE if name in record["theories"]):
+    judged = judged_theories(record)
+    for name in (name for name in HERTZ_OF_EACH_SIDE if name in judged):
         side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
         bodies = f"{'elastic ' * _has_plastic_step(record)}finite elements"
-        title = f"Hertz against {bodies}{side_part if HERTZ_GAUGE in record['theories'] else ''}"
+        title = f"Hertz against {bodies}{side_part if HERTZ_GAUGE in judged else ''}"
         yield measures_table(record, record["theories"][name], title)
-    for name, theory in record["theories"].items():
-        if name not in HERTZ_OF_EACH_SIDE and "verdict" in theory:
+    for name, theory in judged.items():
+        if name not in HERTZ_OF_EACH_SIDE:
             yield measures_table(record, theory, THEORIES[name].words, "theory")
     yield budget_table(record)
     yield peaks_table(record)
@@ -137,8 +137,8 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     yield Items(
         [
             f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}"
-            for name, theory in record["theories"].items()
-            if theory.get("notes")
+            for name, theory in judged.items()
+            if theory["notes"]
         ]
     )
     yield ladder_table(record)
@@ -148,7 +148,7 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
         yield _elements_verdict_text(record)
     yield from _mesh_lines(record)
     for name, telling in load_offers("TELLINGS").items():
-        if name in record:
+        if record[name] is not None:
             yield from telling.parts(record[name])
     if "von_mises" in record:
         yield "largest von Mises stress: " + ", ".join(

@@ -16,6 +16,7 @@ from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.pair_names import VARIED_COLUMN, row_pair_text
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.cheapest import cheapest_words
+from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.tables import (
     Column,
     Table,
@@ -350,7 +351,13 @@ def theories_table(record: TableRecord) -> Table:
         Deviations, limit utilisation, deciding measure and verdict of each theory, the cheapest first.
     """
     no_contact = {"deviation": {}, "verdict": {"answer": "none"}}
-    theories = [{**no_contact, **theory, "name": name} for name, theory in record["theories"].items()]
+    theories = [
+        {**theory, "name": name}
+        if theory["problem"] is None
+        else {**no_contact, "problem": theory["problem"], "name": name}
+        for name, theory in record["theories"].items()
+        if theory is not None
+    ]
     title = "Theories of the contact, the cheapest first"
     return make_table(title, _THEORY_COLUMNS, theories, lambda theory: _TONES.get(theory["verdict"]["answer"], "dim"))
 
@@ -405,7 +412,7 @@ def ladder_table(record: TableRecord) -> Table:
     """
     columns = make_columns("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
-    rungs = {**record["theories"], **record, "fe_plastic": record.get("plastic")}
+    rungs = {**record["theories"], **record, "fe_plastic": record["plastic"]}
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
         if (rung := rungs[name]) is None:
             continue
@@ -449,7 +456,7 @@ def plastic_tables(record: TableRecord) -> list[Table]:
     list of Table
         Empty without a yield stress.
     """
-    plastic = record.get("plastic")
+    plastic = record["plastic"]
     if plastic is None:
         return []
     steps, uncertainty = (record[group][PLASTIC_STEP.name] for group in ("steps", "steps_uncertainty"))
@@ -482,7 +489,7 @@ def numbers_table(record: TableRecord) -> Table:
     The columns of tables have these paths as names.
     """
     entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
-    numbers = flatten({**entries, **record["theories"]}).items()
+    numbers = flatten({**entries, **judged_theories(record)}).items()
     return make_table(
         "",
         _NUMBER_COLUMNS,

@@ -113,8 +113,8 @@ class Telling:
     ----------
     record
         Function from the feature's values of a load to a record.
-    left_out
-        Patterns of the record's columns that a row leaves out.
+    keys
+        Declarations of the record's keys and of its columns in tables, as TOML (`outputs/records/result_keys.toml`).
     columns
         Columns of the table of verdicts, which is made of rows.
     parts
@@ -123,8 +123,8 @@ class Telling:
         Function from rows to the parts that are shown below them.
     """
 
+    keys: str
     record: Callable[[Any], Any] = to_plain
-    left_out: tuple[str, ...] = ()
     columns: tuple[Column, ...] = ()
     parts: Callable[[TableRecord], Parts] = lambda record: ()
     of_rows: Callable[[Sequence[TableRecord]], Parts] = lambda rows: ()

@@ -146,8 +146,8 @@ def write_study_report(
         Heading("Meshes and solver"),
         Details("Of each case", [solver_table(cases)]),
         *closing_parts(
-            (name for case in cases for name in case.record.get("theories", ())),
-            laws=any(name in case.record for case in cases for name in load_offers("TELLINGS")),
+            (name for case in cases for name, theory in case.record.get("theories", {}).items() if theory is not None),
+            laws=any(case.record.get(name) is not None for case in cases for name in load_offers("TELLINGS")),
         ),
     ]
     return write_text(out / REPORT_FILE, render_page(f"{title}: where Hertz holds", parts))

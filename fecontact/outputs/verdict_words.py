@@ -17,6 +17,7 @@ from fecontact.judging.measures import MEASURES, Measures
 from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
+from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 from fecontact.solving.solve import CaseResult
 
@@ -236,9 +237,7 @@ def cheapest_text(record: Record) -> str:
     """
     name, *status = (record[f"cheapest_theory{suffix}"] for suffix in ("", "_status", "_reason"))
     if name == "UNRESOLVED":
-        verdicts = {
-            theory_name: theory["verdict"] for theory_name, theory in record["theories"].items() if "verdict" in theory
-        }
+        verdicts = {theory_name: theory["verdict"] for theory_name, theory in judged_theories(record).items()}
         possible_theory = next(
             (theory_name for theory_name, verdict in verdicts.items() if verdict["answer"] != "FAILS"), HERTZ
         )

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, fields, replace
+from importlib.resources import files
 
 from fecontact.contact_theories.rolling.creepage import CreepForce
 from fecontact.features.creep.creep_comparison import CreepComparison
@@ -58,9 +59,9 @@ def make_force_record(force: CreepForce | str) -> Record:
         Fields of the force in N, N mm and mm2, or the reason in `problem`.
     """
     if isinstance(force, str):
-        return {"problem": force}
+        return {**dict.fromkeys(field.name for field in fields(CreepForce)), "problem": force}
     # adding 0.0 removes the sign of zero
-    return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()}
+    return {name: value if value is None else value + 0.0 for name, value in asdict(force).items()} | {"problem": None}
 
 
 _SIDES = {"hertz": "Hertz", "fe": "FE"}
@@ -69,7 +70,7 @@ _SIDES = {"hertz": "Hertz", "fe": "FE"}
 def _make_force_column(heading: str, source: CellSource, form: str, factor: float = 1.0) -> Column:
     """A column of forces, with "none" for a theory that has a problem."""
     column = number_column(heading, source, form, factor, none="")
-    return replace(column, cell=lambda force: "none" if "problem" in force else column.cell(force))
+    return replace(column, cell=lambda force: "none" if force["problem"] is not None else column.cell(force))
 
 
 _FORCE_COLUMNS = (
@@ -154,7 +155,7 @@ def report_ellipse_forces(record: TableRecord) -> OutputLines:
 
 
 def _report_problems(theories: Mapping[str, TableRecord]) -> OutputLines:
-    return (f"{theory}: {force['problem']}" for theory, force in theories.items() if "problem" in force)
+    return (f"{theory}: {force['problem']}" for theory, force in theories.items() if force["problem"] is not None)
 
 
 def _format_creepages(creepages: TableRecord) -> str:
@@ -181,7 +182,7 @@ def _format_force_deviation(row: TableRecord) -> str:
 
 CREEP = Telling(
     record=_make_creep_record,
-    left_out=("creep_theories_[!r]*", "creep_warnings", "creep_decided", "creep_centre_*"),
+    keys=(files("fecontact.features.creep") / "result_keys.toml").read_text("utf-8"),
     columns=(
         text_column("creep forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
         text_column("force deviation, % of mu N", _format_force_deviation, "number"),

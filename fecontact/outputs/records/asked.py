@@ -5,7 +5,7 @@ from __future__ import annotations
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.records.results import select_measures
+from fecontact.outputs.records.theory_records import select_measures
 from fecontact.outputs.tables import TableRecord
 
 
@@ -22,7 +22,7 @@ def requested_record(record: TableRecord) -> TableRecord:
     Item
         The converted record. Without a yield stress it is the given record.
     """
-    if (plastic := record.get("plastic")) is None:
+    if (plastic := record["plastic"]) is None:
         return record
     plastic_judgement, theories = plastic[HERTZ], record["theories"]
     side = record["verdict"]["side"]
@@ -40,7 +40,7 @@ def elastic_record(record: TableRecord) -> TableRecord:
 
     Without a yield stress it is the given record.
     """
-    return {**record, "verdict": record["elastic_verdict"]} if record.get("plastic") is not None else record
+    return {**record, "verdict": record["elastic_verdict"]} if record["plastic"] is not None else record
 
 
 def requested_row(row: TableRecord) -> TableRecord:

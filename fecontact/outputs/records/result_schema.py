@@ -123,8 +123,8 @@ def _object_schema(keys: Mapping[str, str]) -> dict[str, Any]:
 
 def _type_schema(type_name: str) -> dict[str, Any]:
     """Schema of a value of a declared type."""
-    if type_name.endswith("?"):
-        return {"anyOf": [_type_schema(type_name.removesuffix("?")), {"type": "null"}]}
+    if type_name.endswith("?") or type_name.startswith("optional "):
+        return {"anyOf": [_type_schema(type_name.removesuffix("?").removeprefix("optional ")), {"type": "null"}]}
     if type_name in _SIMPLE_TYPES:
         return dict(_SIMPLE_TYPES[type_name])
     if type_name in ("measures", "all measures"):
@@ -215,7 +215,7 @@ def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], pref
         while inner.startswith(("list of ", "per ")):
             first, _, inner = inner.partition(" of ")
             path += "[]" if first == "list" else f".<{first.removeprefix('per ')}>".replace("<...>", "<name>")
-            inner = inner.removesuffix("?")
+            inner = inner.removesuffix("?").removeprefix("optional ")
         number_types = ("number", "integer", "numbers", "measures", "all measures", "contributions")
         yield KeyDeclaration(
             key=path,

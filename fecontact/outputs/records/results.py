@@ -27,14 +27,13 @@ from fecontact.files import read_json, write_json
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import BODIES_STEP, PLASTIC_STEP
 from fecontact.judging.lobes import LobeJudgement
-from fecontact.judging.measures import MEASURES, Measures, read_hertz_measures
+from fecontact.judging.measures import Measures, read_hertz_measures
 from fecontact.judging.verdict import PLASTIC_VALIDITY, Judgement, PlasticVerdict, Verdict
 from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
 from fecontact.outputs.geometry import touch_records
 from fecontact.outputs.own_profiles import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
 from fecontact.outputs.records.result_schema import complete_record, declared_columns
-from fecontact.outputs.tables import TableRecord
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
@@ -198,11 +197,6 @@ def _count_variants(verdict: Verdict) -> Record:
 
 def _profile_uncertainty(judgement: Judgement) -> Record:
     return {name: value - judgement.numerical[name] for name, value in judgement.uncertainty.items()}
-
-
-def select_measures(theory: TableRecord) -> Record:
-    """Measures in the record of a theory."""
-    return {name: theory[name] for name in MEASURES if name in theory}
 
 
 def judgement_record(judgement: Judgement) -> Record:

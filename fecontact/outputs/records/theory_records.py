@@ -1,0 +1,30 @@
+"""Access to the theories in the record of a load."""
+
+from __future__ import annotations
+
+from fecontact.judging.measures import MEASURES
+from fecontact.outputs.flat_records import Record
+from fecontact.outputs.tables import TableRecord
+
+
+def judged_theories(record: TableRecord) -> dict[str, TableRecord]:
+    """Records of the judged theories, by name, without theories that have no contact.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    dict
+        Records with a verdict, the cheapest theory first.
+    """
+    return {
+        name: theory for name, theory in record["theories"].items() if theory is not None and theory["problem"] is None
+    }
+
+
+def select_measures(theory: TableRecord) -> Record:
+    """Measures in the record of a theory."""
+    return {name: theory[name] for name in MEASURES if name in theory}
