@@ -48,7 +48,7 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
     assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 2
     out, err = capsys.readouterr()
     assert json.loads(out)["status"] == "converged"
-    assert "case.vtm: No space left on device; make room, or choose a folder on another disk" in err
+    assert "case.vtm: No space left on device; free disk space, or choose a folder on another disk" in err
 
 
 def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):

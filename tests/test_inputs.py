@@ -498,7 +498,7 @@ def test_a_folder_in_place_of_a_study_is_called_one(file, says, tmp_path, capsys
 def test_words_that_belong_to_no_option_are_named(capsys):
     assert call(["solve", "3", "100"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith("error: 3 100: fecontact solve does not know what to do with it; values stand behind")
+    assert said.startswith("error: 3 100: fecontact solve has no place for it; write each value after its option")
     assert "Unused" not in said
 
 
@@ -553,7 +553,9 @@ def test_commands_stand_in_the_order_in_which_they_are_used(capsys):
 
 def test_what_is_known_of_a_file_is_said_for_each_body(capsys):
     assert call(["solve", "--units", "m"]) == 2
-    assert "--units: each body has an option of its own: --rail-units and --wheel-units" in capsys.readouterr().err
+    assert (
+        "--units is not an option; use the option of a body: --rail-units or --wheel-units" in capsys.readouterr().err
+    )
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():

@@ -786,8 +786,8 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     for older, newer in (
         (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
         (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
-        (["--json", "a.json"], "--json is a flag, and JSON goes to standard output; write: --json > a.json"),
-        (["--json=a.json"], "--json: it is a flag, and a.json behind it is too much; leave it out"),
+        (["--json", "a.json"], "--json is a flag without a value; to write a file: --json > a.json"),
+        (["--json=a.json"], "--json is a flag without a value; leave out a.json"),
     ):
         assert call(["compare", same, same, *older]) == 2
         assert newer in capsys.readouterr().err

@@ -232,7 +232,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
     # 9.5 CPU s with files, pictures and report
     assert "4 cells: about 10 s with 1 worker and 0.3 GB per worker" in estimate
     assert "creep forces" not in estimate
-    assert re.search(r"; creep forces about \d+ s more", with_forces)
+    assert re.search(r"; creep forces take about \d+ s more", with_forces)
     assert quiet == ""
     assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 10 s") == 3
 
