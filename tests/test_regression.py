@@ -987,7 +987,7 @@ def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monk
     study = write_study(tmp_path / "study", [case_row()])
     monkeypatch.chdir(tmp_path)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 2
-    assert "there is no studies/baselines here" in capsys.readouterr().err
+    assert "studies/baselines does not exist here" in capsys.readouterr().err
     assert not (tmp_path / "studies").exists()
     (tmp_path / "studies" / "baselines").mkdir(parents=True)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 0

@@ -74,7 +74,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     assert "\n[criteria]" not in text
     capsys.readouterr()
     assert call(["init", str(folder)]) == 2
-    assert "there already" in capsys.readouterr().err
+    assert "init would overwrite" in capsys.readouterr().err
 
 
 def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
