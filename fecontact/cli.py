@@ -66,7 +66,7 @@ baseline_app = App(
 )
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)
-app.register_install_completion_command(help="Install the completion of commands for this shell, and print its file.")
+app.register_install_completion_command(help="Install tab completion for this shell, and print its file.")
 
 
 def run_script(path: str) -> None:

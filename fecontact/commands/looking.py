@@ -75,7 +75,7 @@ def geometry(
     json: bool = False,
     out: Path | None = None,
 ) -> int:
-    """List contact points and rolling radii of a rigid wheelset by lateral shift, and equivalent conicity (no mesh).
+    """List contact points, rolling radii and equivalent conicity of a rigid wheelset by lateral shift (no mesh).
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ _SECONDS_PER_LINE = 0.9
 
 
 def theories(*, json: bool = False) -> int:
-    """List the theories of the pressure and the laws of creep forces: cost, source, range, differences from the source.
+    """List theories of the pressure and laws of creep forces: cost, source, range, differences from the source.
 
     Parameters
     ----------
@@ -165,7 +165,7 @@ def table(
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: bool = False,
 ) -> int:
-    """Compute a contact table for a vehicle code over shift and load: contact points, patches, stiffness (no mesh).
+    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift and load (no mesh).
 
     The wheelset rolls until both wheels touch, unless a roll is given.
 

@@ -90,7 +90,7 @@ def solve(
         title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
         print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
-            print_result("--long prints all results" + ("" if out is None else f", {out / 'report.html'} shows them"))
+            print_result("--long prints all results" + ("" if out is None else f"; {out / 'report.html'} shows them"))
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3

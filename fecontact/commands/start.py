@@ -69,7 +69,7 @@ def init(folder: Path) -> int:
     Parameters
     ----------
     folder
-        Folder for both files; existing files are not overwritten.
+        Folder for both files; refused if one of them exists.
     """
     from fecontact.runs.study_templates import write_templates
 

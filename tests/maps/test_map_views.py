@@ -266,10 +266,10 @@ def test_the_cheapest_theory_is_printed_with_its_shares_and_drawn(base_map, tmp_
     print_parts([build_shares_table(count_theory_shares(base_map))], Console(file=narrow, width=80))
     # headings are whole where a terminal is no wider
     (line,) = [line for line in narrow.getvalue().splitlines() if line.lstrip().startswith("theory")]
-    assert line.split()[-2:] == ["limit", "%"]
+    assert line.split()[-2:] == ["utilisation", "%"]
     alone = io.StringIO()
     print_parts(format_map_lines(base_map, "pressure", MULTI_HERTZ, width=100), Console(file=alone, width=100))
-    assert "where each holds" not in alone.getvalue()
+    assert "cells in which each theory holds" not in alone.getvalue()
     titles = {}
     monkeypatch.setattr(
         "fecontact.maps.files.save_map_figure", lambda view, path: titles.update({path.name: view.title})
