@@ -160,7 +160,7 @@ def _describe_wrong_command(error: CycloptsError) -> str:
         unused = " ".join(error.unused_tokens or ())
         if unused.endswith(".json"):
             return f"{unused}: --json is a flag without a value; to write a file: --json > {unused}"
-        return f"{unused}: {command} has no place for it; write each value after its option; see {command} --help"
+        return f"{unused}: {command} takes no such argument; write each value after its option; see {command} --help"
     return str(error)
 
 

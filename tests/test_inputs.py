@@ -498,7 +498,7 @@ def test_a_folder_in_place_of_a_study_is_called_one(file, says, tmp_path, capsys
 def test_words_that_belong_to_no_option_are_named(capsys):
     assert call(["solve", "3", "100"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith("error: 3 100: fecontact solve has no place for it; write each value after its option")
+    assert said.startswith("error: 3 100: fecontact solve takes no such argument; write each value after its option")
     assert "Unused" not in said
 
 

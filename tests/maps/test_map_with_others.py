@@ -176,7 +176,9 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
     assert ax.get_xlabel().startswith(left_letter)
     assert roll_words(case) in ax.get_title()
     assert build_map_record(wheelset_map)["roll"] == roll_words(case)
-    assert ("read the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (right_letter is not None)
+    assert ("read the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (
+        right_letter is not None
+    )
     assert (other_wheel_label(case) is None) == (right_letter is None)
     assert [second.get_xlabel()[: len(right_letter or "")] for second in ax.child_axes] == [right_letter] * (
         right_letter is not None
