@@ -1262,7 +1262,7 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
     (box,) = (patch for text, patch in colours.items() if text.startswith(f"{holds}/12"))
     # of 256 colours the nearest
     assert box.get_facecolor() == pytest.approx(to_rgba(colour), abs=0.01)
-    assert any("lines" in text for text in colours)
+    assert any("profile variants on which it holds" in text for text in colours)
 
 
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
