@@ -44,7 +44,7 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
         If the field does not exist.
     """
     if field not in get_args(Field):
-        raise InputError(f"field {field!r}; allowed: {', '.join(get_args(Field))}")
+        raise InputError(f"field is {field!r}; allowed: {', '.join(get_args(Field))}")
     fields = PressureFields.of(result.load)
     if axes is not None:
         draw_pressure(axes, result.load, field, fields)

@@ -790,13 +790,10 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     assert call(["compare", same, same, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
     for older, newer in (
-        (
-            ["--html", "a.html"],
-            "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png",
-        ),
-        (["--png", "a.png"], "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"),
-        (["--json", "a.json"], "--json is a flag, and JSON goes to standard output; write: --json > a.json"),
-        (["--json=a.json"], "--json: it is a flag, and a.json behind it is too much; leave it out"),
+        (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (["--json", "a.json"], "--json is a flag without a value; to write a file: --json > a.json"),
+        (["--json=a.json"], "--json is a flag without a value; leave out a.json"),
     ):
         assert call(["compare", same, same, *older]) == 2
         assert newer in capsys.readouterr().err
@@ -996,7 +993,7 @@ def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monk
     study = write_study(tmp_path / "study", [case_row()])
     monkeypatch.chdir(tmp_path)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 2
-    assert "there is no studies/baselines here" in capsys.readouterr().err
+    assert "studies/baselines does not exist here" in capsys.readouterr().err
     assert not (tmp_path / "studies").exists()
     (tmp_path / "studies" / "baselines").mkdir(parents=True)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 0

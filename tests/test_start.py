@@ -74,7 +74,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     assert "\n[criteria]" not in text
     capsys.readouterr()
     assert call(["init", str(folder)]) == 2
-    assert "there already" in capsys.readouterr().err
+    assert "init would overwrite" in capsys.readouterr().err
 
 
 def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
@@ -141,12 +141,12 @@ def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, m
     path = tmp_path / "mine.toml"
     path.write_text('roll = "given"\nlateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
     assert call(["check", str(path)]) == 2
-    assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
+    assert "1 of 3 positions were checked, up to the first invalid position" in capsys.readouterr().err
     placements = []
     monkeypatch.setattr("fecontact.runs.check.place_case", lambda case: placements.append(case.lateral_shift_mm))
     path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
     assert call(["check", str(path)]) == 0
-    assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err
+    assert "40 of 81 positions were checked, spread over the study" in capsys.readouterr().err
     assert (placements[0], placements[-1]) == (-4.0, 4.0)
     assert max(b - a for a, b in pairwise(placements)) < 0.31
 
@@ -344,7 +344,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ("words", "worked_by", "time"),
     [
         ("curve --radii 400", "fecontact.features.curves.running.curve", "1 curve: about 2 s"),
-        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
+        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 rows: about 4 s"),
         (
             "geometry --shifts 1 --loaded-kn 60",
             "fecontact.features.curves.loaded.compute_loaded_conicities",

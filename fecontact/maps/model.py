@@ -199,7 +199,7 @@ class ApplicabilityMap:
         counts = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
         return (
             f"<ApplicabilityMap {case.rail} and {case.wheel}, {len(self.positions)} shifts, {len(self.loads_N)} loads:"
-            f" Hertz in {len(cells)} cells {counts or 'nowhere solved'}>"
+            f" Hertz in {len(cells)} cells {counts or 'without a result'}>"
         )
 
     def _repr_html_(self) -> str:

@@ -168,7 +168,7 @@ def table(
         rows.append(row)
     rows_by_line = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
     middles = list(_iterate_middles(shifts, [load_N / 1e3 for load_N in loads]))
-    for middle, corners in report_progress(middles, len(middles), progress, "strips between lines"):
+    for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
         _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
     return equalise_columns(rows)
 

@@ -73,9 +73,9 @@ def prepare_folder(out: Path, result_file: str, can_continue: Callable[[Any], bo
     """
     for file, kind in () if force else list_result_files().items():
         if (out / file).is_file() and not (file == result_file and _has_continuable_result(can_continue, out / file)):
-            existing_result = f"another {kind}" if file == result_file else f"a {kind}"
+            existing_result = f"a different {kind}" if file == result_file else f"a {kind}"
             raise InputError(
-                f"{out} holds {existing_result} ({file}), which would be lost; give another --out, or --force"
+                f"{out} has {existing_result} ({file}), which would be overwritten; give another --out, or --force"
             )
     out.mkdir(parents=True, exist_ok=True)
     probe = out / f".probe.{secrets.token_hex(6)}"

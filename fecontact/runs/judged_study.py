@@ -217,9 +217,9 @@ def refuse_output_folder(folder: Path, out: Path | None) -> None:
         If `out` is refused.
     """
     if out is not None and out.resolve().is_relative_to(folder.resolve()):
-        relation = "is" if out.resolve() == folder.resolve() else "lies in"
-        raise InputError(f"--out {out} {relation} the folder of the results, which stay as they are; give another one")
+        relation = "is" if out.resolve() == folder.resolve() else "is inside"
+        raise InputError(f"--out {out} {relation} the folder of the results, which is not changed; give another folder")
     if out is not None and any((out / file).is_file() for file in list_result_files()):
         solved_file = next((name for name in _FILES_OF_SOLVED_RESULTS if (out / name).exists()), None)
         if solved_file is not None:
-            raise InputError(f"--out {out} holds other results, which were solved ({solved_file}); give another folder")
+            raise InputError(f"--out {out} has other solved results ({solved_file}); give another folder")

@@ -88,7 +88,7 @@ def judge(
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
-            f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
-            " --friction alone"
+            f"{what}, but {folder} is not a map (no map.json); leave it out: the tables of a study or a case have all"
+            " theories, and with --friction also forces"
         )
     return judge_study(folder, criteria, out, creep=given_creep, progress=progress)

@@ -43,4 +43,4 @@ def load(folder: str | Path) -> Any:
         return tuple(read_case(case_path) for case_path in folders)
     if (folder / "map.json").is_file():
         return load_map(folder)
-    raise InputError(f"{folder}: it has no {' or '.join(_FILES)}; {REMEDY}")
+    raise InputError(f"{folder} has no {' or '.join(_FILES)}; {REMEDY}")

@@ -109,7 +109,7 @@ def run_map(
     refuse_measure(base_case, measure, theory)
     if base_case.roll == "loaded" and base_case.roll_load_N is None:
         raise InputError(
-            "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
+            "map: all loads of a position have the same roll; give the wheel load for this roll, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
         )
     # all cases are made first: a value that no case can have is refused before anything is solved

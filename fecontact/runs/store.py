@@ -157,7 +157,7 @@ def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()
         If the file of a profile was changed.
     """
     if make_case_id(case, loads_N) != name:
-        raise InputError("a profile's file changed while it was used for solving; give the same command again")
+        raise InputError("a profile file was changed during the solution; run the same command again")
 
 
 def make_job(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
@@ -452,7 +452,7 @@ def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
         raise
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: it cannot be read ({reason}); {remedy}") from error
+        raise InputError(f"{path} cannot be read ({reason}); {remedy}") from error
 
 
 def _restore_case(stored: StoredPosition) -> CaseResult:
@@ -495,7 +495,7 @@ def read_solution(folder: Path) -> Mapping[str, Any]:
     record = read_json(path)
     schema = record.get("schema") if isinstance(record, Mapping) else None
     if not isinstance(record, Mapping) or schema != SCHEMA:
-        raise InputError(f"{path}: its layout is {schema}, not {SCHEMA}; solve it again")
+        raise InputError(f"{path}: the layout is {schema}; allowed: {SCHEMA}; solve it again")
     return record
 
 
@@ -527,7 +527,7 @@ def read_stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
             continue
         if name is None or PureWindowsPath(name).name != name:
             raise InputError(
-                f"{folder}: {body} is {spec!r:.80}; allowed is the name of a file beside the result, with @"
+                f"{folder}: {body} is {spec!r:.80}; allowed: the name of a file in this folder, with @ and its hash"
             )
         files[body] = str(folder / PROFILES_FOLDER / body / name)
     return case.with_profiles(files)

@@ -222,7 +222,7 @@ def read_map(
             for shift in folders
         ]
         if not positions_by_shift:
-            reason = next(iter(problems.values()), "none is there")
+            reason = next(iter(problems.values()), "the map has no position")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
         first = usable[min(positions_by_shift)]
         stored_base_case = read_stored_case(first, read_solution(first)["case"])
