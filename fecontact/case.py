@@ -358,7 +358,13 @@ class Case:
             _refuse_conflicting_roll(name, value, kind, self.roll)
 
     def roll_loads_N(self) -> dict[TrackSide, float]:
-        """Vertical loads in N of both wheels, for the roll of a loaded wheelset."""
+        """Vertical loads in N of both wheels, for the roll of a loaded wheelset.
+
+        Returns
+        -------
+        dict
+            Load in N of the left wheel and of the right wheel.
+        """
         load_N = self.load_N if self.roll_load_N is None else self.roll_load_N
         opposite_load_N = load_N if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
         return (

@@ -38,13 +38,13 @@ def build_half_space_problem(
     ----------
     grid
         Grid of the pressure nodes.
-    gap_mm (n,)
+    gap_mm : ndarray of shape (n,)
         Undeformed gap at the nodes.
     contact_modulus_MPa
         E* of the pair.
-    closing (n,)
+    closing : ndarray of shape (n,) or None
         Closing of the gap per approach of the bodies; 1 everywhere by default.
-    angle_rad (ns,)
+    angle_rad : ndarray of shape (ns,) or None
         Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
@@ -79,7 +79,7 @@ def build_half_space_compliance(
         Uniform grid, or grid of several bands.
     contact_modulus_MPa
         E* of the pair.
-    angle_rad (ns,)
+    angle_rad : ndarray of shape (ns,) or None
         Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
@@ -289,7 +289,7 @@ def project_on_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Co
     ----------
     parallel_compliance
         Compliance of half-spaces with parallel normals.
-    angle_rad (n,)
+    angle_rad : ndarray of shape (n,)
         Angle of the normal at each node.
 
     Returns
@@ -318,7 +318,7 @@ def build_convolution(
 
     Parameters
     ----------
-    kernel (rows, 2 nodes_s - 1)
+    kernel : ndarray of shape (rows, 2 nodes_s - 1)
         Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node with unit
         pressure. It is equal at the opposite offset. The number of rows is nodes_x, or 2 nodes_x - 1 in a half model.
         The response of a half model is even in x.
@@ -556,9 +556,9 @@ def _build_coarse_grid(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> Cont
 
     Parameters
     ----------
-    x (n,), y (m,)
+    x, y : ndarrays of shapes (n,), (m,)
         Positions along and across in mm.
-    is_near (n, m)
+    is_near : ndarray of shape (n, m)
         Whether the gap is small.
     """
     rows, columns = np.flatnonzero(is_near.any(axis=1)), np.flatnonzero(is_near.any(axis=0))

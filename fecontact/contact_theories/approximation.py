@@ -28,7 +28,18 @@ class PressureShape(Protocol):
     """Pressure over the positions of a patch by a theory."""
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
-        """Pressure at positions along and across, from the origin of the shape."""
+        """Pressure at positions along and across, from the origin of the shape.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Positions along and across in mm; shapes that broadcast together.
+
+        Returns
+        -------
+        ndarray
+            Pressure in MPa at each position, zero outside the patch.
+        """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -144,7 +155,18 @@ class TheoryContact:
 
     @classmethod
     def of(cls, hertz: HertzContact) -> TheoryContact:
-        """Contact with Hertz's ellipse at the first contact point."""
+        """Contact with Hertz's ellipse at the first contact point.
+
+        Parameters
+        ----------
+        hertz
+            Hertz's ellipse with its force.
+
+        Returns
+        -------
+        TheoryContact
+            A single patch at the origin, with the approach of the ellipse.
+        """
         return cls(patches=(patch_from_ellipse(hertz),), approach_mm=hertz.approach_mm)
 
     @property
@@ -315,7 +337,13 @@ def theory_contact_from_strips(contact: StripContact) -> TheoryContact:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellPressure:
-    """Pressure that is constant on the cells around the nodes of a grid."""
+    """Pressure that is constant on the cells around the nodes of a grid.
+
+    Attributes
+    ----------
+    field
+        Pressure in MPa on the nodes.
+    """
 
     field: Field
 

@@ -44,20 +44,20 @@ class GapLine:
 
     Attributes
     ----------
-    t_mm (n,)
+    t_mm : ndarray of shape (n,)
         Positions across in the tangent plane, increasing in equal steps.
-    f_mm (n,)
+    f_mm : ndarray of shape (n,)
         Gap at x = 0 along the contact normal; its minimum is subtracted.
     A_per_mm
         Half the relative curvature along x: cos(contact angle) / (2 rolling radius), > 0.
     contact_modulus_MPa
         E* of the pair.
-    B_per_mm (n,)
+    B_per_mm : ndarray of shape (n,)
         Half the curvature of f. By default (size 0), it is calculated from central differences over 0.1 mm to each
         side, which are noisy on measured points.
-    surface_mm (n,)
+    surface_mm : ndarray of shape (n,)
         Arc length along the surface of the rail from first touch; `t_mm` by default.
-    turned_rad (n,)
+    turned_rad : ndarray of shape (n,)
         Angle between the surface and the tangent plane at first touch; 0 by default. Only the strip method uses
         `surface_mm` and `turned_rad`. All other theories use the plane.
 
@@ -138,7 +138,7 @@ class GapLine:
 
         Parameters
         ----------
-        is_in_contact (n,)
+        is_in_contact : ndarray of shape (n,)
             Mask of the positions in contact.
 
         Returns
@@ -263,7 +263,7 @@ def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[in
 
     Parameters
     ----------
-    t_mm, f_mm (n,)
+    t_mm, f_mm : ndarray of shape (n,)
         Positions and gap.
     level_mm
         Level of the gap.
@@ -309,6 +309,18 @@ def interpolate_gap(line: GapLine, t_mm: ArrayLike) -> Floats:
     """Interpolate the gap (mm) linearly between the positions of a line.
 
     The gap is constant beyond the ends of the line.
+
+    Parameters
+    ----------
+    line
+        Gap over positions across.
+    t_mm
+        Positions across in mm, in any shape.
+
+    Returns
+    -------
+    ndarray
+        Gap in mm, in the shape of `t_mm`.
     """
     return np.asarray(np.interp(np.asarray(t_mm, dtype=np.float64), line.t_mm, line.f_mm))
 
@@ -333,10 +345,10 @@ class StripContact:
         Number of approaches with the prescribed load; 1 at a prescribed approach.
     approach_mm, normal_force_N
         Approach and force of this contact, also if they differ from the prescribed load.
-    t_mm, width_mm (n,)
+    t_mm, width_mm : ndarray of shape (n,)
         Middles and widths of the strips, in the tangent plane at first touch. In contacts by the strip method, they lie
         along the surface of the rail if the gap line has `surface_mm`.
-    half_length_mm, centre_pressure_MPa (n,)
+    half_length_mm, centre_pressure_MPa : ndarray of shape (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """
 
@@ -431,7 +443,7 @@ def build_strip_contact(
         Gap line.
     approach_mm
         Approach of the bodies.
-    half_length_mm, centre_pressure_MPa (n,)
+    half_length_mm, centre_pressure_MPa : ndarray of shape (n,)
         Half length and pressure at x = 0 of each strip.
     range_notes
         Reasons why the theory is out of its range.

@@ -86,7 +86,18 @@ class HertzAtContactPoints:
 
 
 def sides(touch: ContactPoint) -> tuple[Side, ...]:
-    """Sides of a contact point, in the order of its curvatures."""
+    """Sides of a contact point, in the order of its curvatures.
+
+    Parameters
+    ----------
+    touch
+        A contact point of the rigid bodies.
+
+    Returns
+    -------
+    tuple of str
+        `gauge` and `field` at a junction of segments, `both` elsewhere.
+    """
     return ("gauge", "field") if touch.at_junction else ("both",)
 
 
@@ -134,7 +145,7 @@ def solve_hertz_points(
         Placed wheel and rail.
     load_N
         Load along the direction, > 0.
-    direction (3,)
+    direction : ndarray of shape (3,)
         Unit vector of the load.
     contact_modulus_MPa
         E* of the pair.

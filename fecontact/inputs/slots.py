@@ -45,7 +45,22 @@ class NestedInputs:
 
 
 def nested_inputs(kind: Callable[[], T], group: str, **attributes: Any) -> T:
-    """Dataclass field with input fields inside; `attributes` are attributes of `NestedInputs`."""
+    """Dataclass field with input fields inside; `attributes` are attributes of `NestedInputs`.
+
+    Parameters
+    ----------
+    kind
+        Dataclass of the inputs.
+    group
+        Group of the help.
+    **attributes
+        Further attributes of `NestedInputs`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     nested_field: T = field(default_factory=kind, metadata={"part": NestedInputs(group=group, **attributes)})
     return nested_field
 

@@ -60,7 +60,18 @@ class RunSettings:
         return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
 
     def select_part(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Ids of the jobs in this part, each once."""
+        """Ids of the jobs in this part, each once.
+
+        Parameters
+        ----------
+        names
+            Ids of all jobs.
+
+        Returns
+        -------
+        tuple of str
+            Every n-th id from the number of this part; all ids without parts.
+        """
         distinct_names = tuple(dict.fromkeys(names))
         return distinct_names if self.part is None else distinct_names[self.part[0] - 1 :: self.part[1]]
 

@@ -230,7 +230,7 @@ def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
 
     Returns
     -------
-    Kept
+    StoredJob
         The state.
     """
     if not folder.is_dir():

@@ -125,7 +125,7 @@ def split_lobes(rung: Rung) -> tuple[ContactLobe, ...]:
 
     Returns
     -------
-    tuple of Part
+    tuple of ContactLobe
         A single lobe has the unchanged contact as its rung.
     """
     pressure, s_mm = rung.pressure, rung.grid.s_mm

@@ -77,7 +77,18 @@ class JudgedStudy:
         return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Parts for a terminal: the rows and the changed verdicts."""
+        """Parts for a terminal: the rows and the changed verdicts.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The parts.
+        """
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
         return (*parts_of_judged_rows(self.rows), *changed)
 

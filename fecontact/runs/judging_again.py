@@ -35,7 +35,18 @@ class Judged(Protocol):
         """Complete results for other programs."""
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Complete results for a terminal with `width` columns."""
+        """Complete results for a terminal with `width` columns.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The parts, such as lines and tables.
+        """
 
 
 def judge(

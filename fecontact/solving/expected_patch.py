@@ -109,7 +109,13 @@ class ExpectedPatch:
     parts: tuple[DistantPatch, ...]
 
     def joined(self) -> ExpectedPatch:
-        """Expected patch without distant patches, with equal elements everywhere."""
+        """Expected patch without distant patches, with equal elements everywhere.
+
+        Returns
+        -------
+        ExpectedPatch
+            Patch with a single stretch of elements.
+        """
         whole_patch = DistantPatch(
             s_low_mm=self.s_low_mm,
             s_high_mm=self.s_high_mm,

@@ -283,7 +283,15 @@ class LoadSweep:
     """
 
     def __init__(self, case: Case, planned_N: Sequence[float] = ()) -> None:
-        """Place the case."""
+        """Place the case.
+
+        Parameters
+        ----------
+        case
+            Case; its load is replaced by the loads that are solved.
+        planned_N
+            Loads in N that will be solved, for the choice of common meshes.
+        """
         self._position = _placed(case, planned_N)
         self.placement = self._position.placement
         self._planned: dict[float, Position] = {}
@@ -350,7 +358,18 @@ class LoadSweep:
             return judge_load(solved_load, self.placement, THEORIES if refine else (HERTZ,))
 
     def is_ready_for(self, load_N: float) -> bool:
-        """Whether a planned load can be solved on the meshes with factors in memory."""
+        """Whether a planned load can be solved on the meshes with factors in memory.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+
+        Returns
+        -------
+        bool
+            Whether no new mesh is needed.
+        """
         position = self._planned.get(load_N)
         return position is not None and self._open is not None and self._open is self._find_group(position)
 
@@ -502,7 +521,7 @@ class Stiffness:
         Contact compliance, which Hertz includes, and bulk compliance of the bodies down to their cut planes, which
         Hertz leaves out. The bulk compliance is negative if the cut planes stiffen the bodies by more than the shape of
         the bodies softens them, compared with half-spaces.
-    covariance (2, 2)
+    covariance : ndarray of shape (2, 2)
         Covariance of c1 and c2; NaN for two points.
     hertz_c1_mm_per_N23
         K_H^(-2/3).

@@ -61,13 +61,36 @@ class Creepages:
         return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
-        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,).
+
+        Parameters
+        ----------
+        y_mm : ndarray of shape (n,)
+            Positions of the lines across, in mm.
+
+        Returns
+        -------
+        longitudinal, spin_per_mm : ndarrays of shape (n,)
+            Longitudinal creepage (-) and spin (1/mm) on each line.
+        """
         return self.xi - self.spin_per_mm * y_mm, np.full_like(y_mm, self.spin_per_mm)
 
     def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
         """Mean creepages over the positions (n,) with load shares (n,).
 
         For a rigid motion they are the creepages at the centre of the load.
+
+        Parameters
+        ----------
+        x_mm, y_mm : ndarray of shape (n,)
+            Positions along and across, in mm.
+        share : ndarray of shape (n,)
+            Fraction of the load at each position; the sum is 1.
+
+        Returns
+        -------
+        Creepages
+            Creepages at the centre of the load.
         """
         return self.at(float(x_mm @ share), float(y_mm @ share))
 
@@ -84,9 +107,9 @@ class CurvedCreepages:
     ----------
     plane
         Creepages at the origin and in its tangent plane.
-    y_mm (n,)
+    y_mm : ndarray of shape (n,)
         Positions across, increasing. Beyond their ends the last value is used.
-    xi_beside, spin_beside_per_mm (n,)
+    xi_beside, spin_beside_per_mm : ndarray of shape (n,)
         Longitudinal creepage and spin at the positions, minus the values of the tangent plane.
     """
 
@@ -101,7 +124,18 @@ class CurvedCreepages:
         return self.plane.eta
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
-        """Creepages at a different point."""
+        """Creepages at a different point.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Position along and across, in mm.
+
+        Returns
+        -------
+        Creepages
+            Creepages of the curved surface at this position.
+        """
         return self.mean(np.array([x_mm]), np.array([y_mm]), np.ones(1))
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
@@ -109,7 +143,7 @@ class CurvedCreepages:
 
         Parameters
         ----------
-        y_mm (n,)
+        y_mm : ndarray of shape (n,)
             Positions of the lines.
 
         Returns
@@ -128,9 +162,9 @@ class CurvedCreepages:
 
         Parameters
         ----------
-        x_mm, y_mm (n,)
+        x_mm, y_mm : ndarray of shape (n,)
             Positions along the rolling direction and across.
-        share (n,)
+        share : ndarray of shape (n,)
             Load shares, with the sum 1.
 
         Returns

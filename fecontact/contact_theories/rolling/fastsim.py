@@ -84,9 +84,9 @@ class RollingStrips:
         Ellipse that defines the flexibilities; its load is the load of all strips.
     centre_x_mm, centre_y_mm
         Centre of the patch.
-    y_mm, width_mm, middle_x_mm, half_length_mm (n,)
+    y_mm, width_mm, middle_x_mm, half_length_mm : ndarray of shape (n,)
         Position, width, middle and half length of each strip.
-    force_N_per_mm (n,)
+    force_N_per_mm : ndarray of shape (n,)
         Normal force of each strip, divided by its width.
     """
 
@@ -107,12 +107,12 @@ class RollingStrips:
         ----------
         pair
             Friction and elastic constants.
-        strip_arrays (n,)
+        strip_arrays : ndarray of shape (n,)
             Arrays of the strips by the names of their attributes.
 
         Returns
         -------
-        Strips
+        RollingStrips
             The strips with their ellipse and centre.
         """
         contact, centre_x, centre_y = _fit_ellipse(pair, **strip_arrays)
@@ -131,7 +131,7 @@ def divide_ellipse(contact: RollingEllipse, strips: int = CELLS_PER_DIRECTION) -
 
     Returns
     -------
-    Strips
+    RollingStrips
         The strips, with their centre at the origin.
     """
     relative_positions = np.asarray((np.arange(strips) + 0.5) * (2.0 / strips) - 1.0)
@@ -348,9 +348,9 @@ def divide_pressure(
 
     Parameters
     ----------
-    x_mm (nx,), y_mm (ny,)
+    x_mm, y_mm : ndarrays of shapes (nx,), (ny,)
         Nodes along the rolling direction and across.
-    pressure_MPa (nx, ny)
+    pressure_MPa : ndarray of shape (nx, ny)
         Pressure at the nodes.
     pair
         Friction and elastic constants.
@@ -359,7 +359,7 @@ def divide_pressure(
 
     Returns
     -------
-    tuple of Strips
+    tuple of RollingStrips
         A patch in strips with its ellipse, for each separate patch.
 
     Notes

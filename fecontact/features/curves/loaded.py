@@ -39,9 +39,9 @@ class _WheelPair:
 
     Attributes
     ----------
-    residual_N (2,)
+    residual_N : ndarray of shape (2,)
         Vertical forces minus the wheel load.
-    radii_mm (2,)
+    radii_mm : ndarray of shape (2,)
         Rolling radii at the centres of pressure; NaN without contact.
     """
 

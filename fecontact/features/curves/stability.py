@@ -80,12 +80,14 @@ class LinearModel:
 
     Attributes
     ----------
-    stiffness (n, n)
+    stiffness : ndarray of shape (n, n)
         Derivatives of the forces by positions, and by slips of rotation.
-    damping (n, n)
+    damping : ndarray of shape (n, n)
         Derivatives of the dampers' forces by rates in mm/s and mrad/s.
-    rail_damping (n, n)
+    rail_damping : ndarray of shape (n, n)
         Derivatives of the rails' forces by rates per mm of way.
+    vehicle
+        Vehicle that is linearised.
     """
 
     vehicle: Vehicle
