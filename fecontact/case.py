@@ -108,6 +108,14 @@ class Opposite:
         Rolling radius of the other wheel, in mm.
     wheel_load_N
         Vertical load of the other wheel, in N.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> fecontact.Opposite(wheel_load_N=90e3).is_mirror_image
+    True
+    >>> fecontact.Opposite(rolling_radius_mm=459.0).is_mirror_image
+    False
     """
 
     rail: str | None = text_field(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")

@@ -410,6 +410,14 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) 
     -------
     array
         Integral at each point in mm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.halfspace import love_influence
+    >>> centre = float(love_influence(np.array(0.0), np.array(0.0), 1.0, 1.0))
+    >>> bool(np.isclose(centre, 4.0 * np.arcsinh(1.0)))
+    True
     """
     x1, x2 = x + 0.5 * step_x, x - 0.5 * step_x
     y1, y2 = y + 0.5 * step_y, y - 0.5 * step_y

@@ -191,6 +191,13 @@ def measure_valley_depth(pressure: Floats) -> float:
     -------
     float
         Depth of the valley as a fraction of the highest peak.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.patch import measure_valley_depth
+    >>> round(measure_valley_depth(np.array([[0.0, 4.0, 1.0, 2.0, 0.0]])), 6)
+    0.25
     """
     return _find_lobes(pressure)[3]
 

@@ -188,6 +188,16 @@ def solve_contact(
     preconditioner (Vollebregt 2014). Every iteration satisfies the load, or the approach, exactly. Nodes with pressure
     or with an overlap take part in an iteration. Pressures that become negative in an iteration are set to zero. After
     a change of the contact, the factor of Polak and Ribiere restarts the conjugate gradients without further tests.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.solver import ContactProblem, solve_contact
+    >>> ones = np.ones(2)
+    >>> problem = ContactProblem(compliance=lambda p: p, gap_mm=np.array([0.0, 1.0]), closing=ones, area_mm2=ones)
+    >>> solution = solve_contact(problem, 0.5)
+    >>> solution.status, solution.pressure_MPa.round(6)
+    ('converged', array([0.5, 0. ]))
     """
     weights = problem.area_mm2
     pressure = (

@@ -95,6 +95,15 @@ def patch_from_ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.
     -------
     TheoryPatch
         Patch with a along x and b across, also for turned axes.
+
+    Examples
+    --------
+    >>> import math
+    >>> from fecontact.contact_theories.approximation import patch_from_ellipse
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> hertz = hertz_ellipse(0.005, 0.005, normal_force_N=1e3, contact_modulus_MPa=115e3)
+    >>> math.isclose(patch_from_ellipse(hertz).area_mm2, math.pi * hertz.a_mm * hertz.b_mm)
+    True
     """
     (x, s), a, b = centre_mm, 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     return TheoryPatch(

@@ -275,6 +275,13 @@ def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[in
     low_mm, high_mm
         Interpolated positions before and after the run. If the run reaches an end of the line, then the end of the
         line.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import find_crossings_mm
+    >>> find_crossings_mm(np.arange(4.0), np.array([1.0, 0.0, 0.0, 1.0]), 0.5, (1, 2))
+    (0.5, 2.5)
     """
 
     def interpolate(inner: int, outer: int) -> float:
@@ -574,6 +581,17 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     -------
     float
         Approach in mm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine, estimate_hertz_approach_mm
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
+    >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
+    >>> abs(estimate_hertz_approach_mm(line, 1e4) / exact.approach_mm - 1.0) < 1e-6
+    True
     """
     B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
     part_t, integral = (

@@ -410,6 +410,13 @@ def estimate_ellipse_factor(ratio: float) -> float:
     -------
     float
         Estimate of c / (E* A) (-).
+
+    Examples
+    --------
+    >>> import math
+    >>> from fecontact.contact_theories.strip_method import estimate_ellipse_factor
+    >>> abs(estimate_ellipse_factor(1.0) / (4.0 / math.pi) - 1.0) < 0.05
+    True
     """
     return float(1.0 + 0.27 * ratio**1.3)
 

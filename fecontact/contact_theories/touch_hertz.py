@@ -159,6 +159,18 @@ def solve_hertz_points(
     -----
     Range of validity: the points act independently, as springs in parallel. This is valid if their patches are small
     relative to the distance between them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.case import Case
+    >>> from fecontact.contact_theories.touch_hertz import solve_hertz_points
+    >>> from fecontact.solving.placing import place_case
+    >>> placement = place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0))
+    >>> vertical = np.array([0.0, 0.0, 1.0])
+    >>> hertz = solve_hertz_points(placement, 100e3, direction=vertical, contact_modulus_MPa=115e3)
+    >>> len(hertz.points)
+    1
     """
     touches = placement.touch_points
     closing = np.array([float(touch.normal @ direction) for touch in touches])

@@ -70,6 +70,16 @@ class CaseResult:
     bodies
         Both meshes with their displacements; None in a result that was read from a folder, which has them in `rail.vtu`
         and `wheel.vtu`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> result.pressure_MPa.shape == result.grid.shape
+    True
+    >>> round(result.normal_force_N, -1)
+    100000.0
     """
 
     load: JudgedLoad
@@ -196,6 +206,16 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     InputError
         For inputs that cannot be solved, with value, range and remedy; `MemoryShortageError` if the machine has too
         little memory.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> result.status, result.verdict.answer
+    ('converged', 'HOLDS')
+    >>> abs(result.load.deviation["p_max_MPa"]) < 0.05
+    True
     """
     case.creep.refuse_unheard()
     position = expect_position(case, progress=progress)

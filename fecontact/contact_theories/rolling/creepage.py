@@ -111,6 +111,17 @@ class CurvedCreepages:
         Positions across, increasing. Beyond their ends the last value is used.
     xi_beside, spin_beside_per_mm : ndarray of shape (n,)
         Longitudinal creepage and spin at the positions, minus the values of the tangent plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages
+    >>> spin = np.array([0.0, 0.0, 1e-4])
+    >>> curved = CurvedCreepages(
+    ...     plane=Creepages(xi=1e-3), y_mm=np.array([-5.0, 0.0, 5.0]), xi_beside=np.zeros(3), spin_beside_per_mm=spin
+    ... )
+    >>> curved.at(0.0, 5.0).spin_per_mm, curved.at(0.0, -5.0).spin_per_mm
+    (0.0001, 0.0)
     """
 
     plane: Creepages
@@ -265,6 +276,13 @@ class CreepForce:
         Areas without and with slip; their sum is the area of the patch.
     power_per_speed_N
         Dissipated power divided by the rolling speed: -(xi Fx + eta Fy + spin Mz).
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import CreepForce
+    >>> force = CreepForce(fx_N=-3e3, fy_N=4e3, mz_Nmm=0.0)
+    >>> force.force_N, force.at(2.0, 0.0).mz_Nmm
+    (5000.0, 8000.0)
     """
 
     fx_N: float
@@ -313,6 +331,12 @@ def calculate_power_per_speed_N(creepages: Creepages, fx_N: float, fy_N: float, 
     -------
     float or None
         Power per speed; None if there is spin without a moment.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, calculate_power_per_speed_N
+    >>> calculate_power_per_speed_N(Creepages(xi=1e-3), -10e3, 0.0, None)
+    10.0
     """
     if mz_Nmm is None and creepages.spin_per_mm != 0.0:
         return None
@@ -391,5 +415,12 @@ def calculate_adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
     -------
     float
         Area in mm^2; 0 for e of at least 3.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse, calculate_adhesion_area_mm2
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> calculate_adhesion_area_mm2(ellipse, 1.5) == 0.25 * ellipse.area_mm2
+    True
     """
     return max(1.0 - e / 3.0, 0.0) ** 2 * contact.area_mm2

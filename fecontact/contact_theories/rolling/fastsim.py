@@ -133,6 +133,15 @@ def divide_ellipse(contact: RollingEllipse, strips: int = CELLS_PER_DIRECTION) -
     -------
     RollingStrips
         The strips, with their centre at the origin.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> from fecontact.contact_theories.rolling.fastsim import divide_ellipse
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> strips = divide_ellipse(ellipse)
+    >>> bool(abs(strips.force_N_per_mm @ strips.width_mm / 80e3 - 1.0) < 1e-3)
+    True
     """
     relative_positions = np.asarray((np.arange(strips) + 0.5) * (2.0 / strips) - 1.0)
     length_square = 1.0 - relative_positions**2
@@ -225,6 +234,14 @@ def fastsim_strips(
     ------
     InputError
         If there is no cell along a strip.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+    >>> from fecontact.contact_theories.rolling.fastsim import divide_ellipse, fastsim_strips
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> round(fastsim_strips([divide_ellipse(ellipse)], Creepages(xi=0.1)).fx_N)
+    -24000
     """
     if cells < 1:
         raise InputError(f"cells along a strip are {cells!r}; allowed: 1 and more; 20 to 50 are usual")

@@ -137,6 +137,14 @@ def find_kalker_coefficients(contact: RollingEllipse) -> KalkerCoefficients:
     -------
     KalkerCoefficients
         Coefficients for the ratio a / b.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> from fecontact.contact_theories.rolling.kalker import find_kalker_coefficients
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> round(find_kalker_coefficients(ellipse).c11, 2)
+    4.12
     """
     return kalker_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
 

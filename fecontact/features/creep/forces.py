@@ -218,6 +218,13 @@ def calculate_force_difference(first: CreepForce, second: CreepForce, limit_N: f
     -------
     float
         Length of the difference divided by the limit (-).
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import CreepForce
+    >>> from fecontact.features.creep.forces import calculate_force_difference
+    >>> calculate_force_difference(CreepForce(fx_N=-3e3, fy_N=4e3), CreepForce(fx_N=0.0, fy_N=0.0), 20e3)
+    0.25
     """
     return float(np.hypot(first.fx_N - second.fx_N, first.fy_N - second.fy_N)) / limit_N
 

@@ -66,6 +66,13 @@ def estimate_jacobian(function: Callable[[Floats], Floats], state: Floats, step:
     -------
     array (m, n)
         Derivatives of the values.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.newton import estimate_jacobian
+    >>> estimate_jacobian(lambda state: state**2, np.array([1.0, 3.0]), 1e-6).round(3).tolist()
+    [[2.0, 0.0], [0.0, 6.0]]
     """
     value = function(state)
     return np.stack([(function(state + step * unit) - value) / step for unit in np.eye(state.size)], axis=1)

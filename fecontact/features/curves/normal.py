@@ -450,6 +450,22 @@ def solve_multi_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pat
     -----
     Source: Otero Yugat, Part I, eq. 6. Range of validity: the springs do not interact. If a local maximum appears or
     vanishes under load, then the force jumps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.normal import Overlap, solve_multi_hertz
+    >>> s = np.arange(-12.0, 12.05, 0.1)
+    >>> overlap = Overlap(
+    ...     s_mm=s,
+    ...     depth_mm=0.1 - s**2 / 920.0,
+    ...     place_mm=np.zeros((s.size, 3)),
+    ...     angle_rad=0.0 * s,
+    ...     radius_mm=np.full(s.size, 460.0),
+    ... )
+    >>> (patch,) = solve_multi_hertz(overlap, 115e3)
+    >>> bool(abs(patch.force_N_per_mm @ patch.width_mm / (4.0 / 3.0 * 115e3 * 460.0**0.5 * 0.1**1.5) - 1.0) < 0.01)
+    True
     """
     return tuple(_solve_ellipse(overlap, point, contact_modulus_MPa) for point in _find_deepest_points(overlap))
 
@@ -503,6 +519,22 @@ def solve_strip_method(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pa
     -------
     tuple of PatchStrips
         A patch for each unbroken run of strips that carry load.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.normal import Overlap, solve_strip_method
+    >>> s = np.arange(-12.0, 12.05, 0.1)
+    >>> overlap = Overlap(
+    ...     s_mm=s,
+    ...     depth_mm=0.1 - s**2 / 920.0,
+    ...     place_mm=np.zeros((s.size, 3)),
+    ...     angle_rad=0.0 * s,
+    ...     radius_mm=np.full(s.size, 460.0),
+    ... )
+    >>> (patch,) = solve_strip_method(overlap, 115e3)
+    >>> bool(abs(patch.force_N_per_mm @ patch.width_mm / (4.0 / 3.0 * 115e3 * 460.0**0.5 * 0.1**1.5) - 1.0) < 0.01)
+    True
     """
     closing = np.cos(overlap.angle_rad)
     depth_down = overlap.depth_mm / closing

@@ -108,6 +108,12 @@ class Hunting:
         Rate of growth; negative if the oscillation fades.
     frequency_Hz
         Frequency.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.stability import Hunting
+    >>> Hunting(speed_m_s=50.0, growth_per_s=-0.5, frequency_Hz=2.0).wavelength_m
+    25.0
     """
 
     speed_m_s: float

@@ -63,6 +63,13 @@ class Motion:
         Curvature of the track, positive to the left.
     rates : ndarray of shape (4,)
         Rates of `place` per mm of way; zero in steady motion.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.wheel_forces import Motion
+    >>> Motion(place=np.array([3.0, 460.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0).axle.tolist() == [0.0, 1.0, 0.0]
+    True
     """
 
     place: Floats
