@@ -94,18 +94,23 @@ def test_the_examples_of_functions_have_these_numbers(module):
     assert outcome.failed == 0
 
 
+@pytest.fixture
+def each_case_is_solved_once(solved, monkeypatch):
+    """Let `fecontact.solve` store its results for the other tests."""
+    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("module", WITH_SOLUTIONS)
-def test_the_examples_with_solutions_have_these_numbers(module, solved, monkeypatch):
-    # equal cases of the examples are solved once
-    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
+@pytest.mark.usefixtures("each_case_is_solved_once")
+def test_the_examples_with_solutions_have_these_numbers(module):
     outcome = doctest.testmod(importlib.import_module(module))
     assert outcome.attempted >= 4
     assert outcome.failed == 0
 
 
 def test_public_functions_and_classes_have_an_example():
-    """`to_xarray` needs an optional package, and `plot` is a module whose functions are listed instead."""
+    """The module `plot` has examples in its functions; `to_xarray` needs an optional package."""
     places = {*fecontact.__all__, "plot.case", "plot.map"} - {"__version__", "plot", "to_xarray"}
     without_example = [name for name in sorted(places) if ">>> " not in (attrgetter(name)(fecontact).__doc__ or "")]
     assert without_example == []
@@ -125,9 +130,8 @@ def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(e
 
 
 @pytest.mark.slow
-def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
-    # this function stores its results for the other tests
-    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
+@pytest.mark.usefixtures("each_case_is_solved_once")
+def test_the_story_of_the_package_has_these_numbers():
     outcome = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
     assert outcome.attempted > 15
     assert outcome.failed == 0

@@ -367,7 +367,22 @@ def _newton_step(
 def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripSolution:
     """Solve the contact on few strips, from a solution with independent springs.
 
-    The strips cover all positions within the approach. The springs have the c of a circle at half the approach.
+    The strips cover all positions within the approach. The springs have the c of a circle at half the approach. Their
+    pressures start the sweeps on the coarse strips, and the result starts the sweeps on finer strips.
+
+    Parameters
+    ----------
+    line
+        Gap and elastic constants.
+    load
+        Force or approach.
+    tolerance
+        Largest change in a sweep on the finer strips (-); 4 times this change is allowed here.
+
+    Returns
+    -------
+    StripSolution
+        Solution on the coarse strips.
     """
     c = 4.0 / np.pi * line.E * line.A
     if load.approach is not None:

@@ -433,9 +433,22 @@ class CoupledMesh:
         return replace(level, yielded=result.yielded)
 
     def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
-        """Distance that the wheel moves along the rail below the patch.
+        """Lateral slide of the wheel along the tangent of the rail's profile at first contact.
 
-        The tangential deformation of both bodies there is subtracted.
+        The slide is the tangential part of the approach minus the tangential deformation of both bodies below the
+        patch, a mean with the pressure as its weight.
+
+        Parameters
+        ----------
+        true_gap
+            Gap with the direction of the approach.
+        solution
+            Contact under this gap.
+
+        Returns
+        -------
+        float
+            Slide in mm.
         """
         tangent = true_gap.placement.first.tangent
         force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa

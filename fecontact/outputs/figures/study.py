@@ -157,7 +157,20 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
 
 
 def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria) -> None:
-    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty."""
+    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty.
+
+    Each measure is a line over the cases of a group; the vertical axis is linear up to 1, the limit, and logarithmic
+    above it.
+
+    Parameters
+    ----------
+    ax
+        Axes for the drawing.
+    group
+        Rows of the cases of a series, in their order along the horizontal axis.
+    criteria
+        Deciding measures with their limits.
+    """
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, uncertainty_column, factor = deviation_columns(measure)
         utilisation, uncertainty = (
