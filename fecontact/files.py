@@ -271,6 +271,10 @@ def format_json(value: object) -> str:
 
 
 def _to_plain(value: object) -> Any:
+    """Convert a value to the types of JSON.
+
+    NaN and infinity become None, paths become texts, and NumPy numbers and arrays become numbers and lists.
+    """
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):

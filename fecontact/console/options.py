@@ -272,6 +272,7 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
     """Class with the values of options; each value is None by default."""
 
     def case(option_values: Any) -> Case:
+        """Case with the inputs of all options that are given."""
         values: dict[InputPlace, Any] = {}
         for option in options:
             if (value := getattr(option_values, option.attribute)) is not None:

@@ -144,6 +144,7 @@ def build_half_space_stiffness(grid: ContactGrid, contact_modulus_MPa: float) ->
     band_stiffnesses = [_wave_stiffness(band, contact_modulus_MPa) for band in grid.bands]
 
     def apply(opening: Floats) -> Floats:
+        """Approximate pressures (n,) in MPa from openings (n,) in mm."""
         band_openings = zip(np.split(opening.reshape(grid.shape), ends, axis=1), band_stiffnesses, strict=True)
         return np.hstack(
             [

@@ -326,6 +326,7 @@ class Number(Input):
         return self.shown_unit or self.unit
 
     def _within(self, number: float) -> bool:
+        """Whether a number is in the allowed range, in the unit inside the program."""
         if not math.isfinite(number):
             return False
         if self.inclusive and math.isfinite(self.high):

@@ -202,6 +202,7 @@ def input_dataclass(kind: type[T]) -> type[T]:
 
     @wraps(initialise)
     def checked(self: T, *positional_values: Any, **values: Any) -> None:
+        """Refuse positional values, unrecognised names and missing names, then initialise the dataclass."""
         if positional_values:
             example = ", ".join(f"{member.name}=..." for member in fields(checked_class)[:2])
             raise InputError(f"{kind.__name__} takes inputs by their names: {kind.__name__}({example})")

@@ -218,6 +218,10 @@ class _JobProgress:
     """State of the jobs while they run."""
 
     def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[JobOutcome], None] | None) -> None:
+        """Start with all jobs open.
+
+        `by` is the opened run with its settings, and `on_done` receives the outcome of each job.
+        """
         self._jobs, self._by, self._on_done = jobs, by, on_done
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []

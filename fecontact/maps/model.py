@@ -210,6 +210,7 @@ class ApplicabilityMap:
         )
 
     def _repr_html_(self) -> str:
+        """Table of the verdicts over shift and load, for a notebook."""
         rows = {
             f"{position.lateral_shift_mm:+g} mm": {f"{cell.load_kN:g} kN": cell.verdict for cell in position.cells}
             for position in self.positions

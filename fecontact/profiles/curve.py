@@ -148,6 +148,7 @@ class Profile:
     problems: tuple[PointProblem, ...] = ()
 
     def __post_init__(self) -> None:
+        """Refuse a profile without segments, and segments with gaps of more than `JOINT_GAP_MM`."""
         if not self.segments:
             raise InputError(f"{self.name}: the running surface has no segments; give at least one")
         for chain_name, chain, closed in (("running surface", self.segments, False), ("outline", self.outline, True)):

@@ -147,6 +147,7 @@ class _MapRun:
     dear: bool
 
     def __post_init__(self) -> None:
+        """Start without positions, and decide whether each cell has a picture."""
         self._shifts = {make_case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self.pictures: dict[tuple[float, float], bytes] = {}

@@ -92,6 +92,7 @@ class CaseResult:
         return f"<CaseResult{repr(self.load).removeprefix('<JudgedLoad')}"
 
     def _repr_html_(self) -> str:
+        """Table of the deviations of Hertz with their uncertainties, for a notebook."""
         rows = {
             measure: {"Hertz is off by": f"{deviation:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
             for measure, deviation in self.load.deviation.items()

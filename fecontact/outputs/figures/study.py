@@ -136,6 +136,10 @@ def _read_numbers(rows: Sequence[RowMapping], column: str) -> Floats:
 
 
 def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+    """Draw the deviations of peak pressure and area (%) with their uncertainties.
+
+    The first label and a full line are for the peak pressure; the second label and a dotted line for the area.
+    """
     for measure, label, line_style in zip(
         ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
     ):
