@@ -445,7 +445,7 @@ class Bands:
         spectrum = rfft(periodic_kernel, axis=0).real
 
         def apply(pressure: Floats) -> Floats:
-            """Opening (n,) in mm by pressures (n,) in MPa on the other bands, by Fourier transforms along x."""
+            """Opening (n,) in mm by pressures (n,) in MPa on the other bands."""
             force = pressure.reshape(nodes_x, nodes_s) * (step_x * cell_width)
             if self.grid.half:
                 force = np.concatenate([force[:0:-1], force])
