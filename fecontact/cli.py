@@ -84,7 +84,13 @@ def run_script(path: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point of the program `fecontact`."""
+    """Entry point of the program `fecontact`.
+
+    Parameters
+    ----------
+    arguments
+        Words of the command; the arguments of the process if not given.
+    """
     # a job queue ends a program with SIGTERM: its workers end with it, as with Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     collect_rarely()
@@ -176,6 +182,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         Exit code.
+
     """
     if sys.stdout is None:
         # standard output was closed before the program began: the output is discarded

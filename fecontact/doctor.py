@@ -202,7 +202,7 @@ def _describe_packages() -> tuple[list[str], bool]:
 def _find_requirements(required: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Requirements of this machine without their markers, and the names of their packages.
 
-    Requirements of extras and MKL are left out.
+    Requirements of extras and MKL are left out. On a machine without wheels of gmsh and pyamg, these are left out too.
     """
     for line in required:
         requirement, _, marker = (text.strip() for text in line.partition(";"))

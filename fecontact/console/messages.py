@@ -49,7 +49,15 @@ def announce(*lines: str, quiet: bool = False) -> None:
 
 
 def write_to_log(text: str, *, warning: bool = False) -> None:
-    """Write a text to the log that is visible elsewhere, as in a table."""
+    """Write a text to the log that is visible elsewhere, as in a table.
+
+    Parameters
+    ----------
+    text
+        The text, one or several lines.
+    warning
+        Whether the entry is a warning.
+    """
     LOG.log(logging.WARNING if warning else logging.INFO, text)
 
 
@@ -76,7 +84,13 @@ def _print_problem(text: str) -> None:
 
 
 def print_notes(notes: Iterable[str]) -> None:
-    """Print notes on inputs before the computation starts."""
+    """Print notes on inputs before the computation starts.
+
+    Parameters
+    ----------
+    notes
+        Notes, each a sentence.
+    """
     for note in notes:
         _print_problem(f"note: {note}")
 

@@ -65,7 +65,17 @@ class CaseOptions(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class CaseOption:
-    """Option of the command line: its names, its inputs and its help."""
+    """Option of the command line: its names, its inputs and its help.
+
+    Attributes
+    ----------
+    names
+        Names on the command line; the first gives the attribute.
+    slots
+        Inputs that take the value of the option: those of both bodies, or a single input.
+    help
+        Text for `--help`.
+    """
 
     names: tuple[str, ...]
     slots: tuple[InputPlace, ...]
@@ -181,6 +191,16 @@ def select_options(*groups: Group) -> tuple[CaseOption, ...]:
     """Options of all inputs of the given groups.
 
     Options for both bodies come first, and options for a single body override them.
+
+    Parameters
+    ----------
+    *groups
+        Groups of inputs.
+
+    Returns
+    -------
+    tuple of CaseOption
+        The options, in the order in which they are applied.
     """
     return tuple(option for option in _all_options() if option.slots[0].group in groups)
 
@@ -252,6 +272,7 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
     """Class with the values of options; each value is None by default."""
 
     def case(option_values: Any) -> Case:
+        """Case with the inputs of all options that are given."""
         values: dict[InputPlace, Any] = {}
         for option in options:
             if (value := getattr(option_values, option.attribute)) is not None:

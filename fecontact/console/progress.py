@@ -138,6 +138,10 @@ def _open_progress_line(*, quiet: bool = False) -> Iterator[Callable[[str, str],
     printed_at, pending_line = -math.inf, ""
 
     def plain(text: str, key: str) -> None:
+        """Log a text with a new key, and print it after a pause.
+
+        A text that comes too early after the last line is kept for `release`.
+        """
         nonlocal last_key, printed_at, pending_line
         time_now = time.monotonic()
         if key and key != last_key:

@@ -71,7 +71,18 @@ class Verdict:
         return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
 
     def usable(self, is_usable: bool) -> Verdict:
-        """Verdict of a usable result; UNRESOLVED for an unusable result."""
+        """Verdict of a usable result; UNRESOLVED for an unusable result.
+
+        Parameters
+        ----------
+        is_usable
+            Whether the numbers of the result may be used.
+
+        Returns
+        -------
+        Verdict
+            The verdict, or the verdict UNRESOLVED.
+        """
         return self if is_usable else replace(self, answer="UNRESOLVED")
 
 
@@ -140,7 +151,7 @@ def judge_profile_variants(
     deviation, uncertainty
         Deviation on the reference variant and its numerical uncertainty (-), by the name of the measure, as in `judge`.
     shifts
-        Shift of each deviation from the reference variant to each profile variant; `EXACT` for an exact profile.
+        Shift of each deviation from the reference variant to each profile variant; `NO_SHIFTS` for an exact profile.
     criteria
         Limits of the judged measures.
 
@@ -375,6 +386,16 @@ def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, J
     """Judgement with the worst answer; the last of equal answers.
 
     The gauge side comes first, so that the field side wins a tie.
+
+    Parameters
+    ----------
+    judgements
+        Judgements by the name of a side or a theory.
+
+    Returns
+    -------
+    Judgement
+        The judgement with the worst answer.
     """
     return max(
         reversed([*judgements.values()]), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement.verdict.answer)
@@ -382,7 +403,7 @@ def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, J
 
 
 def find_worst_verdict(judgements: Mapping[str, Judgement]) -> Verdict:
-    """Verdict of the `select_worst_judgement`."""
+    """Verdict of the judgement with the worst answer."""
     return select_worst_judgement(judgements).verdict
 
 

@@ -75,7 +75,18 @@ class ColumnSizes:
         return self.font_of("")
 
     def font_of(self, text: str) -> float:
-        """Font size with which a text fits into a column, in points."""
+        """Font size with which a text fits into a column, in points.
+
+        Parameters
+        ----------
+        text
+            Text of the widest cell.
+
+        Returns
+        -------
+        float
+            Size in points, at most 9.5.
+        """
         characters = max(_FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 

@@ -238,7 +238,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         The table, the errors of interpolation, and the problems of single lines.
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)

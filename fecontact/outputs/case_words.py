@@ -130,7 +130,18 @@ def _read_number(row: RowMapping, column: str) -> float | None:
 
 
 def shift_label(case: Case) -> str:
-    """Label of an axis over the lateral shift; for a wheelset it names the wheel."""
+    """Label of an axis over the lateral shift; for a wheelset it names the wheel.
+
+    Parameters
+    ----------
+    case
+        Case whose side and roll decide the label.
+
+    Returns
+    -------
+    str
+        Label with its unit.
+    """
     if case.roll == "given" and case.side == "left":
         return SHIFT_LABEL
     return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_SHIFT_SIGN_WORDS[case.side]})"

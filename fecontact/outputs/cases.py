@@ -384,7 +384,18 @@ def lobes_table(record: TableRecord) -> Table:
 
 
 def peaks_table(record: TableRecord) -> Table:
-    """Table of the peaks of a contact, the highest first."""
+    """Table of the peaks of a contact, the highest first.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    Table
+        Table with a row for each peak.
+    """
     peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
     counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
     return make_table(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
@@ -480,6 +491,16 @@ def numbers_table(record: TableRecord) -> Table:
     """Table of all numbers of a record by their paths.
 
     The columns of tables have these paths as names.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    Table
+        Table with a row for each number, without the inputs of the case and the versions.
     """
     entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
     numbers = flatten({**entries, **record["theories"]}).items()

@@ -230,7 +230,7 @@ def contact_functions_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0

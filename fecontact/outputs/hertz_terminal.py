@@ -49,7 +49,7 @@ def hertz_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     yield from pair_geometry_lines(record)

@@ -36,6 +36,14 @@ def mesh(source: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
     InputError
         If there is no such body; for a case as in `solve`; for a result that was read from a folder, since the folder
         has its meshes in `rail.vtu` and `wheel.vtu`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> rail = fecontact.mesh(fecontact.Case(**pair, resolution="quick"), "rail")
+    >>> bool(rail.point_data["contact"].any())
+    True
     """
     import pyvista
 

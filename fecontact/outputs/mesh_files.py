@@ -157,7 +157,12 @@ def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) ->
 
 
 def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
-    """Write a mesh file of ParaView."""
+    """Write a mesh file of ParaView.
+
+    The file has the undeformed mesh with quadrilaterals of its surfaces. Each surface has a point array of 0 and 1. The
+    `surface_id` of a cell is 0 for hexahedra, and the number of the surface for quadrilaterals. The element type is not
+    used.
+    """
     import meshio
 
     cells = _Cells.build(mesh)

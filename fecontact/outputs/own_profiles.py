@@ -28,6 +28,18 @@ def pair_geometry_record(case: Case, placement: Placement) -> Record:
     """Record with the line on the geometry.
 
     The record is empty if both profiles are from the library or given by their radii.
+
+    Parameters
+    ----------
+    case
+        Case with both profiles.
+    placement
+        The wheel on the rail.
+
+    Returns
+    -------
+    dict
+        Record with the key `own_profiles`, or an empty record.
     """
     if all(is_short_form(spec) or is_library_name(spec) for spec in case.profiles.values()):
         return {}

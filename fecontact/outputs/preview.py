@@ -76,7 +76,7 @@ def preview_lines(preview: Preview) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Touch points, ellipse, expected patch, junctions, elements and effort.
     """
     yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))

@@ -87,7 +87,7 @@ def library_lines(records: Sequence[Record]) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Table and line.
     """
     yield make_table("Profile library", _LIBRARY_COLUMNS, records)
@@ -140,7 +140,7 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) ->
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     low, high = profile.y_range_mm

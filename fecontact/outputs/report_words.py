@@ -108,7 +108,18 @@ def answer_words(verdicts: Sequence[str], noun: str) -> str:
 
 
 def lead_style(verdicts: Sequence[str]) -> str:
-    """Style of the answer; it has the colour of HOLDS only if all hold."""
+    """Style of the answer; it has the colour of HOLDS only if all hold.
+
+    Parameters
+    ----------
+    verdicts
+        Verdicts of all cases.
+
+    Returns
+    -------
+    str
+        `lead holds`, `lead fails`, or `lead` if cases are unresolved and no case fails.
+    """
     if set(verdicts) == {"HOLDS"}:
         return "lead holds"
     return "lead fails" if "FAILS" in verdicts else "lead"

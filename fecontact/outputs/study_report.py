@@ -53,7 +53,15 @@ MAX_PICTURES = 40
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnCase:
-    """Case for the section through both profiles."""
+    """Case for the section through both profiles.
+
+    Attributes
+    ----------
+    row
+        Row of the case.
+    placement
+        The wheel on the rail.
+    """
 
     row: RowMapping
     placement: Placement

@@ -99,7 +99,13 @@ def series_style(number: int) -> dict[str, Any]:
 
 
 def add_grid(*axes: Axes) -> None:
-    """Give axes the grid of all pictures."""
+    """Give axes the grid of all pictures.
+
+    Parameters
+    ----------
+    *axes
+        Axes that get the grid.
+    """
     for ax in axes:
         ax.grid(alpha=0.3)
 

@@ -104,7 +104,7 @@ def theories_lines(listed: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Name, cost, source, range of validity and differences from the source of each theory.
     """
     headings = {laws.kind: laws.heading for laws in load_offers("LAWS").values()}
@@ -125,7 +125,7 @@ def theory_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Table of the contact, and of each patch if there are several; status and notes.
     """
     yield from pair_geometry_lines(record)

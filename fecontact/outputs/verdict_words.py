@@ -162,7 +162,18 @@ def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
 
 
 def peak_range_text(fe: Record) -> str:
-    """Range of the peak pressure over the profile variants; empty for exact profiles."""
+    """Range of the peak pressure over the profile variants; empty for exact profiles.
+
+    Parameters
+    ----------
+    fe
+        Record of the finite elements.
+
+    Returns
+    -------
+    str
+        Range in MPa in words, or an empty text.
+    """
     if "p_max_low_MPa" not in fe:
         return ""
     return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the lines"
@@ -214,6 +225,20 @@ def theory_words(name: str | None, status: str | None = "", reason: str | None =
     """Words for a theory or another answer.
 
     The words include the reason if the theory is out of its range.
+
+    Parameters
+    ----------
+    name
+        Name of the theory; None if there is no such theory.
+    status
+        Status of the theory, such as `out of range`.
+    reason
+        Reason of the status.
+
+    Returns
+    -------
+    str
+        The words; empty without a name.
     """
     words = THEORIES[name].words if name and name in THEORIES else name or ""
     return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
@@ -286,7 +311,18 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
 
 
 def deciding_hertz(record: Record) -> Record:
-    """Record of Hertz with the curvature of the side that decided the verdict."""
+    """Record of Hertz with the curvature of the side that decided the verdict.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    dict
+        Record of Hertz of the gauge side or of the field side.
+    """
     hertz: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
     return hertz
 

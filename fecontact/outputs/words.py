@@ -94,7 +94,18 @@ def names_text(measures: Iterable[str]) -> str:
 
 
 def criteria_text(criteria: Criteria) -> str:
-    """Text for the deciding measures, each with its limit."""
+    """Text for the deciding measures, each with its limit.
+
+    Parameters
+    ----------
+    criteria
+        Criteria with the deciding measures.
+
+    Returns
+    -------
+    str
+        Measures with their limits, joined by commas.
+    """
     limits_of_measures = ((MEASURE_WORDS[measure], limit) for measure, limit in criteria.limits.items())
     return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
 

@@ -194,6 +194,16 @@ def use_common_load(case: Case) -> Case:
     Cases that share meshes are equal after this.
 
     A roll that depends on the load is different for each load; then the case is returned unchanged.
+
+    Parameters
+    ----------
+    case
+        Case with any load.
+
+    Returns
+    -------
+    Case
+        Case with the common load, or the unchanged case.
     """
     has_roll_by_load = case.roll == "loaded" and case.roll_load_N is None
     return case if has_roll_by_load else replace(case, load_N=_ANY_LOAD_N)

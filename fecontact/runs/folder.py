@@ -44,6 +44,15 @@ def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
     """Create the folder of a study and check that it can be written.
 
     Parameters, and exceptions, are those of `prepare_for_case`; `name` is the name of the study.
+
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    name
+        Name of the study.
+    force
+        Whether results of another study in the folder are replaced.
     """
     prepare_folder(out, "study.json", lambda stored: stored["study"] == name, force)
 

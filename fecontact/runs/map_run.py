@@ -147,6 +147,7 @@ class _MapRun:
     dear: bool
 
     def __post_init__(self) -> None:
+        """Start without positions, and decide whether each cell has a picture."""
         self._shifts = {make_case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self.pictures: dict[tuple[float, float], bytes] = {}
@@ -302,6 +303,18 @@ def map_(
     ------
     InputError
         As `run_map` does, and for a folder that holds other results.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> case = fecontact.Case(**pair, resolution="quick", refine="never")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.map(case, [0.0], [60e3, 100e3], folder)
+    ...     cells = fecontact.load(folder).rows()
+    >>> [(cell["load_kN"], cell["verdict_answer"]) for cell in cells]
+    [(60.0, 'HOLDS'), (100.0, 'HOLDS')]
     """
     require_finite_elements()
     map_arguments = (

@@ -293,7 +293,15 @@ def write_case_records(
 
 
 def seal_case(case: Case, folder: Path) -> None:
-    """Seal the files of a case in a folder that may have other files."""
+    """Seal the files of a case in a folder that may have other files.
+
+    Parameters
+    ----------
+    case
+        Solved case.
+    folder
+        Folder with the files of its result.
+    """
     sealed_files = [
         folder / file for file in (SOLUTION_FILE, FIELDS_FILE, RECORD_FILE, ROW_FILE, *_BODY_FILES, *_PICTURE_FILES)
     ]
@@ -302,7 +310,15 @@ def seal_case(case: Case, folder: Path) -> None:
 
 
 def copy_profiles(case: Case, folder: Path) -> None:
-    """Copy the profile files of a case beside its result; the case could not be judged again without them."""
+    """Copy the profile files of a case beside its result; the case could not be judged again without them.
+
+    Parameters
+    ----------
+    case
+        Solved case.
+    folder
+        Folder of its result.
+    """
     for body, spec in case.profiles.items():
         if (name_and_content := read_content(spec)) is not None:
             target = folder / PROFILES_FOLDER / body / name_and_content[0]
@@ -440,6 +456,11 @@ def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
         File or folder for the message.
     remedy
         Remedy for the message.
+
+    Yields
+    ------
+    None
+        Control to the enclosed code.
 
     Raises
     ------

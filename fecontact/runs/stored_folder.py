@@ -21,6 +21,16 @@ def refuse_unusable(folder: Path) -> None:
     """Raise `InputError` if a finished case or position cannot be judged any more.
 
     The message has the reason and the remedy.
+
+    Parameters
+    ----------
+    folder
+        Folder of the case or position.
+
+    Raises
+    ------
+    InputError
+        If the result is missing, damaged, or of another version.
     """
     if problem := describe_unusable_result(folder):
         raise InputError(problem)

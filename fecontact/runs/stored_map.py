@@ -64,7 +64,18 @@ class JudgedMap:
         return build_map_record(self.map)
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Parts for a terminal: the map by its measure."""
+        """Parts for a terminal: the map by its measure.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The lines of the map.
+        """
         return format_map_lines(self.map, self.measure, self.theory, width=width)
 
 

@@ -353,6 +353,16 @@ def run(
     InputError
         If the study cannot be read, or another run has the folder. A case that cannot be solved raises no error: the
         status of its row gives the reason.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.run([fecontact.Case(**pair, resolution="quick", refine="never")], folder)
+    >>> [(row["status"], row["verdict_answer"]) for row in outcome.rows]
+    [('converged', 'HOLDS')]
     """
     require_finite_elements()
     settings = RunSettings(workers=workers, threads=threads, force=force)

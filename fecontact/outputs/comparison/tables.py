@@ -173,7 +173,18 @@ def tolerance_table(comparison: TableComparison) -> Table:
 
 
 def version_table(comparison: TableComparison) -> Table:
-    """Table of the versions on both sides."""
+    """Table of the versions on both sides.
+
+    Parameters
+    ----------
+    comparison
+        Compared tables.
+
+    Returns
+    -------
+    Table
+        Table with a row for each package.
+    """
     baseline_versions, new_versions = comparison.baseline.versions, comparison.new.versions
     rows = (
         {"package": name, "baseline": baseline_versions.get(name), "new": new_versions.get(name)}

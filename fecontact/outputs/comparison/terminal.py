@@ -31,7 +31,7 @@ def comparison_lines(comparison: TableComparison) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     yield from head_lines(comparison)

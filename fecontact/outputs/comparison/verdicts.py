@@ -54,7 +54,7 @@ def verdict_lines(comparison: TableComparison) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         The sentence has the number of changes; the table has kind, number and places.
     """
     changes, cases = changed_verdicts(comparison), count_text(len(comparison.verdicts), "case")

@@ -66,7 +66,7 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> SectionLine
 
     Returns
     -------
-    Lines
+    dict
         Coordinates y (n,) and z (n,) by body, in the track frame.
     """
     rail, wheel = placement.rail, placement.wheel

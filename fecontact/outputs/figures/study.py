@@ -136,6 +136,10 @@ def _read_numbers(rows: Sequence[RowMapping], column: str) -> Floats:
 
 
 def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+    """Draw the deviations of peak pressure and area (%) with their uncertainties.
+
+    The first label and a full line are for the peak pressure; the second label and a dotted line for the area.
+    """
     for measure, label, line_style in zip(
         ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
     ):
@@ -157,7 +161,20 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
 
 
 def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria) -> None:
-    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty."""
+    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty.
+
+    Each measure is a line over the cases of a group; the vertical axis is linear up to 1, the limit, and logarithmic
+    above it.
+
+    Parameters
+    ----------
+    ax
+        Axes for the drawing.
+    group
+        Rows of the cases of a series, in their order along the horizontal axis.
+    criteria
+        Deciding measures with their limits.
+    """
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, uncertainty_column, factor = deviation_columns(measure)
         utilisation, uncertainty = (

@@ -453,6 +453,15 @@ def rows(results: CaseResult | HasRows | Iterable[CaseResult]) -> list[Row]:
     -------
     list of Row
         One row per case or cell, with units in the keys.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> row = fecontact.rows(result)[0]
+    >>> row["status"], row["load_kN"], row["verdict_answer"]
+    ('converged', 100.0, 'HOLDS')
     """
     return results.rows() if isinstance(results, HasRows) else [case_row(result) for result in results]
 
