@@ -55,7 +55,7 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
         (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
-        (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
+        (["geometry", "--shifts", "0", "--out", "picture"], "picture: the name must end in .png or .svg"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
         (["table"], "--shifts is missing; fecontact table --help says what it is"),

@@ -229,7 +229,7 @@ def test_first_yield_that_is_not_found_is_said(monkeypatch):
         "not converged",
         "UNRESOLVED",
     )
-    assert any("what it does to the contact was not solved: not converged" in warning for warning in load.warnings)
+    assert any("its effect on the contact was not solved: not converged" in warning for warning in load.warnings)
 
 
 @pytest.mark.slow
