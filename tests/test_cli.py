@@ -257,7 +257,7 @@ def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
 def test_hertz_says_how_touch_points_share_the_load(capsys):
     assert call(["hertz", "--shift", "0"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "they share the load: point 1 69.0 kN" in out
+    assert "Load shared by parallel springs: point 1 69.0 kN" in out
     assert "they are one patch" in out
     assert call(["hertz", "--shift", "-4"]) == 0
     assert "share the load" not in capsys.readouterr().out

@@ -85,7 +85,7 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     open_measures = [
         name for name, answer in verdict["each"].items() if answer == "UNRESOLVED" and name != verdict["measure"]
     ]
-    yield f"also unresolved: {names_text(open_measures)}" if open_measures else ""
+    yield f"also undecided: {names_text(open_measures)}" if open_measures else ""
     if reference:
         yield record["plastic"][HERTZ]["cancelling"]
         yield f"{elastic_words(elastic['verdict']['answer'])}; {verdict_reason_of_record(elastic)}"
@@ -165,7 +165,7 @@ def _mesh_lines(record: TableRecord) -> Iterator[str]:
     )
     error = elements["compliance_error"]
     yield (
-        f"on the nodes of the elements {1e2 * elements['misfit']:.1f} % of the load has a different place; their"
+        f"on the nodes of the elements {1e2 * elements['misfit']:.1f} % of the load is at a different place; their"
         f" compliance {'is not checked' if error is None else f'differs from a half-space by {1e2 * error:+.1f} %'}"
     )
     yield (
@@ -193,7 +193,7 @@ def _elements_verdict_text(record: TableRecord) -> str:
 
 
 def _status_word(answer: str) -> str:
-    return "unresolved" if answer == "UNRESOLVED" else "decided"
+    return "undecided" if answer == "UNRESOLVED" else "decided"
 
 
 def refinement(elements_a_semi_axis: Sequence[float]) -> str:

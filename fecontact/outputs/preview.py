@@ -93,7 +93,7 @@ def preview_lines(preview: Preview) -> OutputLines:
     )
     yield (
         f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
-        f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm from the contact point"
+        f" across, between {patch.s_low_mm:+.2f} and {patch.s_high_mm:+.2f} mm from the contact point"
     )
     junctions_below = [
         junction

@@ -259,7 +259,7 @@ def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     return parts
 
 
-_COLUMN_KEY = "dev %: deviation of Hertz; separ.: load on separate patches; mispl.: misplaced load"
+_COLUMN_KEY = "dev %: deviation; separ.: load on separate patches; mispl.: misplaced load"
 # If there are more pairs, all are in one table, with the pair in its first column.
 _MAX_TABLES = 6
 # Characters for the measures by which a case fails, in descending order. Measures without room are counted.

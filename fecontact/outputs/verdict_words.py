@@ -31,7 +31,7 @@ def elastic_words(answer: str) -> str:
 
 Record = Mapping[str, Any]
 
-_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
+_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "undecided", "FAILS": "furthest beyond its limit"}
 
 
 BY_EACH_VARIANT = " over all profile variants, each of which is judged separately"
@@ -128,7 +128,7 @@ def variant_share_text(lines: Mapping[str, str]) -> str:
     unresolved_count = len(lines) - len(holds) - len(fails)
     statements = [_failing_text(holds, fails)] if fails else []
     if unresolved_count:
-        statements.append(f"it is unresolved on {unresolved_count}")
+        statements.append(f"it is undecided on {unresolved_count}")
     return f"holds on {len(holds)} of {variants_text} ({'; '.join(statements)})"
 
 

@@ -414,7 +414,7 @@ def test_a_report_defines_every_theory_of_its_table(base_map, tmp_path):
     for record in count_theory_shares(base_map):
         if record["theory"] in THEORIES and record["theory"] != HERTZ:
             assert (
-                f"<dt>{record['words']}</dt><dd>{html.escape(THEORIES[record['theory']].source)}. It takes for" in text
+                f"<dt>{record['words']}</dt><dd>{html.escape(THEORIES[record['theory']].source)}. Range: " in text
             )
     # the answer first
     assert text.index("At -4 mm Hertz holds at all loads") < text.index("Can Hertz")

@@ -198,7 +198,7 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
     elastic = None if fields.elastic is None else fields.elastic[:, j]
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
-    ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
+    ax.set_title(f"longitudinal cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
     ax.set(xlabel=ROLLING_LABEL, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
