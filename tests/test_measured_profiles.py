@@ -495,7 +495,7 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
         figures, (points[200], exact[80], previewed.placement.rail.point(*exact[80])), strict=True
     ):
         ax = figure.axes[0]
-        (mark,) = [artist for artist in ax.lines if str(artist.get_label()).startswith("left out")]
+        (mark,) = [artist for artist in ax.lines if str(artist.get_label()).startswith("omitted")]
         assert mark.get_label() == "omitted: spike (1)"
         assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((y, z), abs=1e-6)
         assert "omitted: spike (1)" in [text.get_text() for text in ax.get_legend().get_texts()]
