@@ -258,7 +258,7 @@ def test_hertz_says_how_touch_points_share_the_load(capsys):
     assert call(["hertz", "--shift", "0"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Load shared by parallel springs: point 1 69.0 kN" in out
-    assert "they are one patch" in out
+    assert "they are a single patch" in out
     assert call(["hertz", "--shift", "-4"]) == 0
     assert "Load shared" not in capsys.readouterr().out
 
