@@ -55,7 +55,7 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
         (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
-        (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
+        (["geometry", "--shifts", "0", "--out", "picture"], "picture: the name must end in .png or .svg"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
         (["table"], "--shifts is missing; see fecontact table --help"),
@@ -257,10 +257,10 @@ def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
 def test_hertz_says_how_touch_points_share_the_load(capsys):
     assert call(["hertz", "--shift", "0"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "they share the load: point 1 69.0 kN" in out
-    assert "they are one patch" in out
+    assert "Load shared by parallel springs: point 1 69.0 kN" in out
+    assert "they are a single patch" in out
     assert call(["hertz", "--shift", "-4"]) == 0
-    assert "share the load" not in capsys.readouterr().out
+    assert "Load shared" not in capsys.readouterr().out
 
 
 def test_a_message_has_no_endless_word():

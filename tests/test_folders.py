@@ -156,7 +156,7 @@ def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
         (["hertz", "--wheel-young-mpa", "1e-308"], "Young's modulus is 1e-308 MPa; allowed: 1e-30 to 1e+20"),
         (["hertz", "--rolling-radius-mm", "1e300"], "allowed: 1e-30 to 1e+20"),
         (["hertz", "--friction", "0.3", "--rail-columns", "1:nan"], "Unknown option"),
-        (["hertz", "--rail-columns", "1:nan"], "--rail-columns: it says how a file is read, but the rail is 60E1"),
+        (["hertz", "--rail-columns", "1:nan"], "--rail-columns is only for a profile file, but the rail is 60E1"),
         (["hertz", "--wheel", "cylinder:460", "--wheel-units", "m"], "but the wheel is cylinder:460"),
     ],
 )

@@ -104,7 +104,7 @@ def test_fields_of_another_grid_are_refused(elliptic_quick, solved_folder, tmp_p
     arrays["load0_half_space_x_mm"] = arrays["load0_half_space_x_mm"][:-1]
     np.savez_compressed(folder / FIELDS_FILE, **arrays)
     resealed(elliptic_quick, folder)
-    with pytest.raises(InputError, match="half_space: its fields are not on its grid"):
+    with pytest.raises(InputError, match="half_space: the fields do not match the grid"):
         fecontact.load(folder)
 
 

@@ -285,7 +285,9 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     assert f"{other_folder} has other solved results (cases)" in capsys.readouterr().err
     assert (other_folder / "study.csv").read_bytes() == (out / "study.csv").read_bytes()
     assert call(["judge", str(out), "--p-max-percent", "0.02", "--out", str(tmp_path / "strict")]) == 0
-    assert f"replaced, with another content before: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
+    assert (
+        f"replaced files that had different content: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow

@@ -866,7 +866,7 @@ def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_
     assert call(["compare", str(was), str(now)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert sum(" 1/1 " in line for line in lines) == 30
-    assert "11 further columns differ: --out FOLDER or --json has all" in lines
+    assert "11 further columns differ; for all: --out FOLDER or --json" in lines
     assert any("38 % of the patch..." in line for line in lines)
     assert sum(" -0.048264705 " in line for line in lines) == 29
 
@@ -1142,7 +1142,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     folders = [str(write_map(name, answers_of_map)) for name, answers_of_map in (("was", was), ("now", now))]
     assert call(["compare", *folders, "--out", str(tmp_path / "changes")]) == 1
     printed = " ".join(capsys.readouterr().out.split())
-    assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in printed
+    assert "differs in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in printed
     assert "HOLDS FAILS 2 -4 mm: 80 kN; +0 mm: 50 kN" in printed
     first, second = json.loads((tmp_path / "changes" / "comparison.json").read_text())["changed_verdicts"]
     assert first == {"baseline": "HOLDS", "new": "FAILS", "cases": 2, "where": "-4 mm: 80 kN; +0 mm: 50 kN"}
@@ -1150,6 +1150,6 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     assert (tmp_path / "changes" / "comparison.png").stat().st_size > 5000
     # if matched by other columns, cases keep their shift and load
     assert call(["compare", *folders, "--match", "shift,load"]) == 1
-    assert "another one in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
+    assert "differs in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
     assert call(["compare", folders[0], folders[0]]) == 0
-    assert "Hertz's verdict is the same in all of 5 cases." in capsys.readouterr().out
+    assert "The verdict on Hertz is unchanged (5 cases)." in capsys.readouterr().out

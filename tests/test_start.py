@@ -505,7 +505,7 @@ def test_a_log_that_leads_elsewhere_or_waits_for_a_reader_is_refused(tmp_path):
     link.symlink_to(elsewhere := tmp_path / "elsewhere")
     os.mkfifo(pipe)
     for path in (link, pipe):
-        with pytest.raises(OSError, match="a link or a pipe, and no file; remove it"), log_command(path):
+        with pytest.raises(OSError, match="a link or a pipe instead of a file; remove it"), log_command(path):
             pytest.fail("it began")
     assert not elsewhere.exists()
 
@@ -673,9 +673,9 @@ def test_files_that_held_something_else_are_named(tmp_path, capsys):
         assert call([*words, amplitude]) == 0
         said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("replaced")]
         listed = ", ".join(str(tmp_path / name) for name in names)
-        assert said == ([f"replaced, with another content before: {listed}"] if names else [])
+        assert said == ([f"replaced files that had different content: {listed}"] if names else [])
     # of a picture both forms, and nothing beside it
     for profile, names in (("60E1", ()), ("54E1", ("head.png", "head.svg"))):
         assert call(["profiles", profile, "--out", str(tmp_path / "head.png")]) == 0
         listed = ", ".join(str(tmp_path / name) for name in names)
-        assert capsys.readouterr().err == (f"replaced, with another content before: {listed}\n" if names else "")
+        assert capsys.readouterr().err == (f"replaced files that had different content: {listed}\n" if names else "")

@@ -454,9 +454,7 @@ def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = F
 
 # --- Plastic verdict: first loading of virgin steel, and Hertz compared with bodies that yield.
 
-PLASTIC_VALIDITY = (
-    "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
-)
+PLASTIC_VALIDITY = "first loading of virgin steel, without shakedown, residual stress, friction and repeated passes"
 """Range of validity of the plastic rung, for every message and record with its numbers."""
 # Error of the load steps, as a fraction of the change from half as many load steps. Measured: 0.3 to 0.5.
 _LOAD_STEP_FRACTION = 0.5
@@ -769,14 +767,13 @@ def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
         return []
     contact, load_kN = verdict.yielded, verdict.yielded.first_yield_N / 1e3
     first_yield = (
-        f"the {contact.first_body} yields first, from {load_kN:.3g} kN"
-        f" ± {1e2 * verdict.first_yield_uncertainty:.0f} % on"
+        f"the {contact.first_body} yields first, at {load_kN:.3g} kN ± {1e2 * verdict.first_yield_uncertainty:.0f} %"
     )
     if not verdict.has_yielded:
-        return [f"plasticity: nothing yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
+        return [f"plasticity: no body yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
     if verdict.status != "converged":
         return [
-            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status}"
+            f"plasticity: {first_yield}; its effect on the contact was not solved: {verdict.status}"
             f" ({PLASTIC_VALIDITY})"
         ]
     step = contact.path[-1].steps

@@ -55,7 +55,7 @@ def mesh(source: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
         coupled = source.bodies.coupled
         body_mesh = (coupled.rail if body == "rail" else coupled.wheel).mesh
     else:
-        raise InputError(f"a result that was read back has no meshes; pyvista.read(FOLDER / '{body}.vtu') has this one")
+        raise InputError(f"a stored result has no meshes; read this mesh with pyvista.read(FOLDER / '{body}.vtu')")
     grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: body_mesh.hexes}, body_mesh.points)
     for name, quads in body_mesh.surfaces.items():
         grid.point_data[name] = np.isin(np.arange(len(body_mesh.points)), quads).astype(np.uint8)

@@ -55,8 +55,8 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
     writer = _WRITERS.get(path.suffix.lower())
     if writer is None:
         raise InputError(
-            f"mesh file {path}: the ending {path.suffix or '(none)'} is not known; allowed are .msh (gmsh), .inp"
-            " (CalculiX, Abaqus) and .vtu (ParaView)"
+            f"mesh file {path}: the ending is {path.suffix or '(none)'}; allowed: .msh (gmsh), .inp (CalculiX, Abaqus),"
+            " .vtu (ParaView)"
         )
     if element not in ELEMENT_TYPES:
         raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")

@@ -92,7 +92,7 @@ def _rail_words(rail: Profile, inclination_rad: float) -> str:
     if rail.measured is None or not rail.measured.nominal:
         return words
     turn_mrad = 1e3 * rail.measured.held.registration.turn_rad
-    return f"{words}, its head in the file turned by {turn_mrad:+.1f} mrad against {rail.measured.nominal}"
+    return f"{words}, its head in the file rotated by {turn_mrad:+.1f} mrad relative to {rail.measured.nominal}"
 
 
 def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:

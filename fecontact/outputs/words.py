@@ -132,7 +132,7 @@ def limits_text(criteria: Criteria) -> str:
 
 def unknown_text(measures: Iterable[str]) -> str:
     """Message that a stored result lacks measures, with the remedy."""
-    return f"the stored result does not have {names_text(measures)}; solve it again to judge by them"
+    return f"the stored result does not have {names_text(measures)}; to judge by them, solve the case again"
 
 
 def deviation_columns(measure: str) -> tuple[str, str, float]:

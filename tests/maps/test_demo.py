@@ -291,7 +291,7 @@ def test_the_demo_is_interrupted_resumed_and_repeated(tmp_path):
         again = run_program(tmp_path)
         out, err = again.communicate(timeout=1800)
         assert again.returncode == 0, err
-        (line,) = re.findall(r"^(\d+) finished jobs? w\w+ reused; --force solves again\n", out, re.MULTILINE)
+        (line,) = re.findall(r"^(\d+) finished jobs? w\w+ reused; use --force to solve again\n", out, re.MULTILINE)
         assert int(line) == reused
         outputs.append(re.sub(r"^\d+ finished job.*\n", "", out, flags=re.MULTILINE))
         if not reused > len(SHIFTS_MM):

@@ -1136,7 +1136,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     # what did not converge is open, and has no number to be relied on: no measure decided that
     assert lines[1].split()[1:4] == ["?", "+", "+0.0"]
     assert lines[9].startswith("decided by p p_max, A area, a a, b b, c centre, v valley, s separate")
-    assert lines[10] == "left wheel, roll fixed at 0 mrad (lines given by their radii have no wheelset)"
+    assert lines[10] == "left wheel, roll fixed at 0 mrad (profiles given by their radii have no wheelset)"
     assert "nan" not in "".join(lines)
 
 
@@ -1215,7 +1215,9 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         save_map_figure(
             build_verdict_view(replace(one_cell_map, case=replace(one_cell_map.case, criteria=criteria))), tmp_path
         )
-    head = "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (lines given by their radii have no wheelset):\n"
+    head = (
+        "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (profiles given by their radii have no wheelset):\n"
+    )
     head += "where Hertz holds,\n"
     assert titles == [
         f"{head}within 5 % p_max; 10 % area, a, b, valley, misplaced; 0.15 b centre; 0.1 % separate",

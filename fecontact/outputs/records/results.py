@@ -623,11 +623,11 @@ def read_row(path: Path) -> Row:
     """
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
-        raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
+        raise InputError(f"{path}: not a row of schema {ROW_SCHEMA}; solve the case again")
     row = document.get("row")
     plain_types = (str, int, float, bool, type(None))
     if not isinstance(row, Mapping) or not all(isinstance(value, plain_types) for value in row.values()):
-        raise InputError(f"{path}: it is no row; solve the case again")
+        raise InputError(f"{path}: not a row; solve the case again")
     return {
         key: _NON_FINITE_NUMBERS.get(value, value) if isinstance(value, str) else value for key, value in row.items()
     }
