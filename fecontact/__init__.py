@@ -1,6 +1,6 @@
 """Where does Hertz's ellipse hold for a railway wheel on a rail?
 
-The story, step by step:
+From a profile to a verdict, step by step:
 
 1. Profiles: a rail and a wheel, made of exact segments.
 

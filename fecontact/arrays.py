@@ -16,7 +16,7 @@ def find_runs(is_selected: Bools) -> list[tuple[int, int]]:
 
     Parameters
     ----------
-    is_selected (n,)
+    is_selected : ndarray of shape (n,)
         Mask of positions.
 
     Returns

@@ -108,6 +108,14 @@ class Opposite:
         Rolling radius of the other wheel, in mm.
     wheel_load_N
         Vertical load of the other wheel, in N.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> fecontact.Opposite(wheel_load_N=90e3).is_mirror_image
+    True
+    >>> fecontact.Opposite(rolling_radius_mm=459.0).is_mirror_image
+    False
     """
 
     rail: str | None = text_field(None, f"Rail {_OTHER}", _RAIL, label="opposite rail")
@@ -360,7 +368,13 @@ class Case:
             _refuse_conflicting_roll(name, value, kind, self.roll)
 
     def roll_loads_N(self) -> dict[TrackSide, float]:
-        """Vertical loads in N of both wheels, for the roll of a loaded wheelset."""
+        """Vertical loads in N of both wheels, for the roll of a loaded wheelset.
+
+        Returns
+        -------
+        dict
+            Load in N of the left wheel and of the right wheel.
+        """
         load_N = self.load_N if self.roll_load_N is None else self.roll_load_N
         opposite_load_N = load_N if self.opposite.wheel_load_N is None else self.opposite.wheel_load_N
         return (

@@ -38,7 +38,7 @@ app = App(
     default_parameter=Parameter(negative=()),
     group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
-    help_epilogue="Exit codes: 0 solved, or the same; 1 results differ (compare); 2 bad input;"
+    help_epilogue="Exit codes: 0 success; 1 results differ (compare) or a check fails (validate, doctor); 2 bad input;"
     " 3 a case did not converge or could not be solved; 4 an error of the program (run, map, fleet).",
 )
 _START, _LOOK, _SOLVE, _AFTER, _DEVELOPMENT = (
@@ -61,10 +61,12 @@ for group, commands in {
             app.command(command)
         else:
             app.command(command, name=command.__name__.rstrip("_"), group=group, sort_key=sort_key)
-baseline_app = App(name="baseline", help="Baselines: the results that later ones are held against.", group=_DEVELOPMENT)
+baseline_app = App(
+    name="baseline", help="Manage baselines: stored results with which later results are compared.", group=_DEVELOPMENT
+)
 baseline_app.command(results.baseline_update, name="update")
 app.command(baseline_app)
-app.register_install_completion_command(help="Install completion for this shell, and say where.")
+app.register_install_completion_command(help="Install tab completion for this shell, and print its file.")
 
 
 def run_script(path: str) -> None:
@@ -82,7 +84,13 @@ def run_script(path: str) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Entry point of the program `fecontact`."""
+    """Entry point of the program `fecontact`.
+
+    Parameters
+    ----------
+    arguments
+        Words of the command; the arguments of the process if not given.
+    """
     # a job queue ends a program with SIGTERM: its workers end with it, as with Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     collect_rarely()
@@ -90,15 +98,15 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 _REMEDIES = {
-    errno.ENOSPC: "make room, or choose a folder on another disk",
-    errno.EDQUOT: "make room, or choose a folder on another disk",
-    errno.EMFILE: "allow more open files, such as by ulimit -n 1024",
-    errno.ENFILE: "end programs that hold many files open",
+    errno.ENOSPC: "free disk space, or choose a folder on another disk",
+    errno.EDQUOT: "free disk space, or choose a folder on another disk",
+    errno.EMFILE: "allow more open files, for example with ulimit -n 1024",
+    errno.ENFILE: "close programs that have many files open",
     errno.ENAMETOOLONG: "choose a shorter path",
-    errno.ENOMEM: "end other programs, or use fewer --workers",
+    errno.ENOMEM: "close other programs, or use fewer --workers",
 }
 
-_NO_WORKING_FOLDER_TEXT = "the working folder is no more: change into one that is there"
+_NO_WORKING_FOLDER_TEXT = "the working folder no longer exists; change to an existing folder"
 
 
 def _print_error(message: str) -> None:
@@ -123,7 +131,7 @@ def _has_working_folder() -> bool:
 def _system_error(error: OSError) -> str:
     """Describe the refusal of the system, with the remedy."""
     if "cannot open shared object file" in str(error):
-        return f"a system library is missing ({error}); `fecontact doctor` says which package has it"
+        return f"a system library is missing ({error}); `fecontact doctor` names the package to install"
     description = f"{f'{error.filename}: ' if error.filename else ''}{error.strerror or error}"
     if not _has_working_folder():
         return f"{description}; {_NO_WORKING_FOLDER_TEXT}"
@@ -132,7 +140,7 @@ def _system_error(error: OSError) -> str:
     if error.filename:
         return f"{description}; choose another file or folder"
     # locks between processes have no file name in the error
-    return f"{description}; workers need a /dev/shm and a temporary folder (TMPDIR) that can be written"
+    return f"{description}; workers need write access to /dev/shm and to the temporary folder (TMPDIR)"
 
 
 def _describe_wrong_command(error: CycloptsError) -> str:
@@ -143,24 +151,22 @@ def _describe_wrong_command(error: CycloptsError) -> str:
         # positional arguments are written as in the help
         is_positional = error.argument.field_info.is_positional
         name = error.argument.name.removeprefix("--").upper() if is_positional else error.argument.name
-        description = f"{error.keyword}: there is no value behind it" if error.keyword else f"{name} is missing"
-        return f"{description}; {command} --help says what it is"
+        description = f"{error.keyword} has no value" if error.keyword else f"{name} is missing"
+        return f"{description}; see {command} --help"
     if isinstance(error, UnknownOptionError):
         name = (error.token.keyword or error.token.value or "").removeprefix("--")
         known_names = {known_name for argument in error.argument_collection for known_name in argument.names}
         body_options = [f"--{body}-{name}" for body in ("rail", "wheel") if f"--{body}-{name}" in known_names]
         if body_options:
-            return f"--{name}: each body has an option of its own: {' and '.join(body_options)}"
+            return f"--{name} is not an option; use the option of a body: {' or '.join(body_options)}"
         return explain_former_name(name.replace("-", "_")) or str(error)
     if isinstance(error, CoercionError) and error.target_type is bool and error.token:
-        return f"{error.token.keyword}: it is a flag, and {error.token.value} behind it is too much; leave it out"
+        return f"{error.token.keyword} is a flag without a value; leave out {error.token.value}"
     if isinstance(error, UnusedCliTokensError):
         unused = " ".join(error.unused_tokens or ())
         if unused.endswith(".json"):
-            return f"{unused}: --json is a flag, and JSON goes to standard output; write: --json > {unused}"
-        return (
-            f"{unused}: {command} does not know what to do with it; values stand behind their options: {command} --help"
-        )
+            return f"{unused}: --json is a flag without a value; to write a file: --json > {unused}"
+        return f"{unused}: {command} takes no such argument; write each value after its option; see {command} --help"
     return str(error)
 
 
@@ -176,6 +182,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
     -------
     int
         Exit code.
+
     """
     if sys.stdout is None:
         # standard output was closed before the program began: the output is discarded
@@ -188,7 +195,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
         words: Sequence[str] = sys.argv[1:] if arguments is None else arguments
         if "\0" in "".join(words):
             # no shell can give a NUL character, and no file name can have it
-            raise InputError("a word of the command has a NUL character; allowed: any other one; leave it out")
+            raise InputError("a word of the command has a NUL character; allowed: all other characters; leave it out")
         if not _has_working_folder():
             # NumPy 2.5 cannot be imported there: its import ends in a SystemError that names no folder
             raise InputError(_NO_WORKING_FOLDER_TEXT)
@@ -220,9 +227,7 @@ def call(arguments: Sequence[str] | None = None) -> int:
         _print_error(_system_error(error))
         return InputError.exit_code
     except MemoryError:
-        _print_error(
-            "there is too little memory; end other programs, use fewer --workers, or allow more, such as by ulimit -v"
-        )
+        _print_error("not enough memory; close other programs, use fewer --workers, or raise the limit with ulimit -v")
         return InputError.exit_code
     except KeyboardInterrupt as error:
         # notes of the exception name the jobs that are kept

@@ -167,6 +167,13 @@ class Creep:
         Limit of the deviation of the creep force, as a fraction of mu N.
     largest_creepage
         Largest longitudinal and lateral creepage for which forces are judged (no unit).
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> case = fecontact.Case(creep=fecontact.Creep(friction=0.3, xi=1e-3))
+    >>> case.creep.spin_per_mm is None
+    True
     """
 
     friction: float | None = input_field(

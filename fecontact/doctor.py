@@ -1,11 +1,13 @@
-"""Check of a machine for fecontact: what works, what does not, and the remedy; by the standard library and psutil only.
+"""Check of a machine for fecontact: components that work, components that do not, and remedies.
 
 No wheel contains libGL and related libraries, and a missing library can end the process with a signal instead of an
 exception. So each probe runs in a separate process.
 
-`python -m fecontact.doctor` prints the same as `fecontact doctor`. With `--before` no package need be installed yet: it
-looks for the libraries that gmsh is linked to, so that nobody downloads all packages in vain; with `--install`, as
-root, it installs missing libraries.
+The check uses the standard library and psutil only.
+
+`python -m fecontact.doctor` prints the same as `fecontact doctor`. `--before` needs no installed package: it checks the
+libraries that gmsh is linked to before you download all packages. With `--install`, as root, it also installs missing
+libraries.
 """
 
 from __future__ import annotations
@@ -72,7 +74,7 @@ PROBES = (
     Probe(
         name="gmsh",
         code="import gmsh; gmsh.initialize(readConfigFiles=False, interruptible=False); gmsh.finalize()",
-        consequence="nothing can be meshed without it",
+        consequence="no body can be meshed without it",
     ),
     Probe(
         name="MKL PARDISO",
@@ -80,7 +82,7 @@ PROBES = (
 import numpy, pypardiso, scipy.sparse
 assert abs(pypardiso.spsolve(scipy.sparse.eye(3, format="csr") * 2.0, numpy.ones(3))[0] - 0.5) < 1e-12
 """,
-        consequence="multigrid solves, 1.5 to 1.7 times as slow",
+        consequence="multigrid is used instead, which takes 1.5 to 1.7 times as long",
         remedy="pip install pypardiso (x86-64 Linux and Windows)",
         needed=False,
     ),
@@ -121,8 +123,8 @@ def _find_remedy(probe: Probe, reason: str, missing: Sequence[str]) -> str:
     if reason.startswith("ModuleNotFoundError"):
         return f"a Python package is missing from this environment: {packages.suggest_remedy()}"
     if not missing:
-        return "all Debian packages that are known to be needed are installed: the cause is something else"
-    return f"{format_install_command(missing)} (Debian, Ubuntu; elsewhere the packages with the same libraries)"
+        return "unknown; all required Debian packages are installed"
+    return f"{format_install_command(missing)} (Debian, Ubuntu; on other systems, packages with the same libraries)"
 
 
 def print_diagnosis() -> int:
@@ -145,9 +147,9 @@ def print_diagnosis() -> int:
     print("\n".join(lines))
     is_incomplete = incomplete or is_unusable
     print(
-        "A case cannot be solved here yet; see above."
+        "This machine cannot solve a case yet; follow the remedies above."
         if is_incomplete
-        else "All that is needed is here: fecontact demo"
+        else "All requirements found. Try: fecontact demo"
     )
     return int(is_incomplete)
 
@@ -200,7 +202,7 @@ def _describe_packages() -> tuple[list[str], bool]:
 def _find_requirements(required: Sequence[str]) -> Iterator[tuple[str, str]]:
     """Requirements of this machine without their markers, and the names of their packages.
 
-    Requirements of extras and MKL are left out.
+    Requirements of extras and MKL are left out. On a machine without wheels of gmsh and pyamg, these are left out too.
     """
     for line in required:
         requirement, _, marker = (text.strip() for text in line.partition(";"))
@@ -218,9 +220,11 @@ def _describe_machine() -> list[str]:
     except ImportError:
         return []
     memory = psutil.virtual_memory()
-    line = f"{cores} core{'s' * (cores != 1)}, {memory.total / 1e9:.1f} GB of memory, {memory.available / 1e9:.1f} free"
+    line = (
+        f"{cores} core{'s' * (cores != 1)}, {memory.total / 1e9:.1f} GB of memory, {memory.available / 1e9:.1f} GB free"
+    )
     if memory.available < _LOBED_CASE_GB * 1e9:
-        line += "; a patch of several lobes needs 4 GB: end other programs, or use --solver amg"
+        line += "; a patch with several lobes needs 4 GB: close other programs, or use --solver amg"
     return [line]
 
 
@@ -327,8 +331,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         Exit code.
     """
     parser = argparse.ArgumentParser(prog="python -m fecontact.doctor", description=__doc__)
-    parser.add_argument("--before", action="store_true", help="before the Python packages are installed; Linux only")
-    parser.add_argument("--install", action="store_true", help="then, as root, install the libraries that are missing")
+    parser.add_argument(
+        "--before",
+        action="store_true",
+        help="check the system libraries before the Python packages are installed (Linux only)",
+    )
+    parser.add_argument("--install", action="store_true", help="with --before, as root: install missing libraries")
     options = parser.parse_args(arguments)
     return check_before_install(install=options.install) if options.before else print_diagnosis()
 

@@ -54,6 +54,16 @@ FEATURES = tuple(_PACKAGES)
 def iterate_offers(kind: str) -> Iterator[tuple[str, Any]]:
     """Yield the package of each feature with offers of a kind, and these offers.
 
+    Parameters
+    ----------
+    kind
+        Kind of offer, such as `NAMES` or `COMMANDS`.
+
+    Yields
+    ------
+    package, offers
+        Package of a feature, and its offers of this kind.
+
     Examples
     --------
     >>> from fecontact.feature_registry import iterate_offers
@@ -67,6 +77,16 @@ def iterate_offers(kind: str) -> Iterator[tuple[str, Any]]:
 
 def find_places(kind: str) -> dict[str, str]:
     """Places of the offers of all features, by name.
+
+    Parameters
+    ----------
+    kind
+        Kind of offer with a place for each name, such as `READINGS`.
+
+    Returns
+    -------
+    dict
+        Place of each offer, such as `fecontact.features.creep.telling.CREEP`, by its name.
 
     Examples
     --------
@@ -82,12 +102,34 @@ def find_places(kind: str) -> dict[str, str]:
 
 
 def load_offers(kind: str) -> dict[str, Any]:
-    """Import the offers of all features of a kind with names."""
+    """Import the offers of all features of a kind with names.
+
+    Parameters
+    ----------
+    kind
+        Kind of offer.
+
+    Returns
+    -------
+    dict
+        Imported object of each offer, by its name.
+    """
     return {name: import_place(place) for name, place in find_places(kind).items()}
 
 
 def import_place(place: str) -> Any:
-    """Import the object at a place, such as `fecontact.case.Case`."""
+    """Import the object at a place, such as `fecontact.case.Case`.
+
+    Parameters
+    ----------
+    place
+        Module and name, joined by a dot.
+
+    Returns
+    -------
+    object
+        The imported object.
+    """
     module, _, name = place.rpartition(".")
     return getattr(import_module(module), name)
 

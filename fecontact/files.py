@@ -87,12 +87,38 @@ def remove_unfinished(folder: Path) -> None:
 
 
 def write_text(path: str | Path, text: str) -> Path:
-    """Write a text as UTF-8 with unchanged newlines."""
+    """Write a text as UTF-8 with unchanged newlines.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    text
+        The text.
+
+    Returns
+    -------
+    Path
+        Path of the written file.
+    """
     return write_atomically(path, lambda temporary: temporary.write_bytes(text.encode("utf-8")))
 
 
 def write_json(path: str | Path, value: object) -> Path:
-    """Write a value as JSON, see `format_json`."""
+    """Write a value as JSON, see `format_json`.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+    value
+        Value that `format_json` takes.
+
+    Returns
+    -------
+    Path
+        Path of the written file.
+    """
     return write_text(path, format_json(value) + "\n")
 
 
@@ -148,6 +174,16 @@ def _digest(text: str) -> str:
 
 def hash_file(path: Path) -> str:
     """SHA-256 of a regular file, in hexadecimal digits.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    str
+        64 digits.
 
     Raises
     ------
@@ -220,11 +256,25 @@ def format_json(value: object) -> str:
 
     Keys keep their order, because the order has a meaning. NaN and infinity become null (JSON has neither). NumPy
     numbers and arrays become numbers and lists.
+
+    Parameters
+    ----------
+    value
+        Mappings, sequences, texts, numbers, NumPy numbers and arrays, and None.
+
+    Returns
+    -------
+    str
+        JSON without a newline at its end.
     """
     return json.dumps(_to_plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 
 
 def _to_plain(value: object) -> Any:
+    """Convert a value to the types of JSON.
+
+    NaN and infinity become None, paths become texts, and NumPy numbers and arrays become numbers and lists.
+    """
     if isinstance(value, np.ndarray | np.generic):
         value = value.tolist()
     if isinstance(value, Mapping):

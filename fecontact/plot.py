@@ -42,9 +42,18 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     ------
     InputError
         If the field does not exist.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> figure = fecontact.plot.case(result, field="Hertz")
+    >>> len(figure.axes) > 1
+    True
     """
     if field not in get_args(Field):
-        raise InputError(f"field {field!r}; allowed: {', '.join(get_args(Field))}")
+        raise InputError(f"field is {field!r}; allowed: {', '.join(get_args(Field))}")
     fields = PressureFields.of(result.load)
     if axes is not None:
         draw_pressure(axes, result.load, field, fields)
@@ -76,6 +85,18 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     ------
     InputError
         If the measure or the theory does not exist.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> case = fecontact.Case(**pair, resolution="quick", refine="never")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.map(case, [0.0], [100e3], folder)
+    ...     figure = fecontact.plot.map(fecontact.load(folder))
+    >>> len(figure.axes) > 0
+    True
     """
     from fecontact.maps.files import draw_map_by_measure
 

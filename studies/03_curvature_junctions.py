@@ -9,8 +9,9 @@ it must vanish up to the finite bodies). Expected: the error depends on the dist
 the ratio of the radii; on the flatter arc the patch feels the junction where its ellipse reaches it, on the tighter
 arc later.
 
-Found: both loads fall on one curve. Over both pairs and loads the limit is 0.52 to 0.72 b on the flatter arc and 0.44
-to 0.56 b on the tighter one; nearer than that b is off before the peak is.
+Found: the results of both loads are on a single curve. Over both pairs and loads, the limit is 0.52 to 0.72 b on the
+flatter arc, and 0.44 to 0.56 b on the tighter arc. Nearer to the junction, b is the first measure beyond its limit, and
+the peak follows later.
 """
 
 from collections import Counter

@@ -11,8 +11,9 @@ kinds of exceptions and looks for the measure that separates better: the distanc
 junction over Hertz's semi-axis, and how much the relative curvature varies below the patch. Only the claim itself is
 Yan and Fischer's; all numbers are this package's.
 
-Found: all 19 failures have a junction below the patch. No limit of the distance to it is right in more than 50 of the
-57 decided cases, because two lobes and second patches come with junctions 0.9 to 1.3 b away.
+Found: all 19 failures have a junction below the patch. No limit of the distance to the junction gives the right verdict
+in more than 50 of the 57 decided cases, because contacts with two lobes or a second patch have their junctions at 0.9
+to 1.3 b.
 """
 
 from collections.abc import Callable

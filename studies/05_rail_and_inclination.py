@@ -7,9 +7,9 @@ Reference: the rungs of the ladder are each other's. Expected: on the tread the 
 the half-space by a tenth of a per cent, which is about what their cut planes decide; towards the gauge corner they
 lower it by more than the uncertainty of that step, and the shape of the gap decides.
 
-Found (140 cases, all decided): on the top of the head of 60E1 1:40, -8 to -2 mm, 100 kN, the bodies lower the peak by
-0.05 to 0.07 %, below its uncertainty of 0.2 %; cut at 120 mm in place of 60 mm by 0.14 to 0.20 %. The sign is known,
-the size is a matter of where a rail is cut.
+Found (140 cases, all decided): on the top of the head of 60E1 1:40, at -8 to -2 mm and 100 kN, the bodies lower the
+peak by 0.05 to 0.07 %. This is less than the uncertainty of 0.2 %. Bodies that are cut at 120 mm instead of 60 mm lower
+the peak by 0.14 to 0.20 %. So the sign is certain, and the size depends on the place where a rail is cut.
 """
 
 from dataclasses import replace

@@ -90,10 +90,10 @@ def test_the_terminal_says_it_first(result):
 
 def test_the_elements_own_verdict_is_told_where_it_is_asked_for(result):
     record = result_record(result)
-    assert "The elements by themselves" in printed(case_parts(record), long=True)
+    assert "On the nodes of the elements" in printed(case_parts(record), long=True)
     without = printed(case_parts(record, elements=False), long=True)
-    assert "The elements by themselves" not in without
-    assert "by themselves" not in without
+    assert "On the nodes of the elements" not in without
+    assert "verdict on the nodes of the elements" not in without
 
 
 def test_tables_and_the_report_say_it_first(result, tmp_path):
@@ -149,7 +149,7 @@ def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
 
 def test_the_elements_and_other_theories_are_beside_the_elastic_verdict(result):
     said = printed(case_parts(result_record(result)), long=True)
-    assert re.search(r"The elements by themselves: Hertz \w+ \(verdict: HOLDS\)", said)
+    assert re.search(r"On the nodes of the elements: Hertz \w+ \(verdict: HOLDS\)", said)
     # Hertz is among the theories that are judged against elastic bodies
     assert judgements_by_theory(result.load)["hertz"].verdict == result.elastic_verdict
 

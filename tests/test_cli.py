@@ -55,12 +55,12 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
         (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
-        (["geometry", "--shifts", "0", "--out", "picture"], "picture: allowed: a name that ends in .png or .svg"),
+        (["geometry", "--shifts", "0", "--out", "picture"], "picture: the name must end in .png or .svg"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
-        (["table"], "--shifts is missing; fecontact table --help says what it is"),
-        (["table", "--shifts"], "--shifts: there is no value behind it; fecontact table --help"),
-        (["compare", "a"], "NEW is missing; fecontact compare --help"),
+        (["table"], "--shifts is missing; see fecontact table --help"),
+        (["table", "--shifts"], "--shifts has no value; see fecontact table --help"),
+        (["compare", "a"], "NEW is missing; see fecontact compare --help"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments, says, capsys, tmp_path, monkeypatch):
@@ -214,7 +214,7 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, mo
         return pytest.fail("a conclusion from rows that cannot be used")
 
     outcome = study_by(Study(name="two", cases=(bad, good), conclude=conclude), tmp_path, crew=inline_crew())
-    assert outcome.conclusion == "No conclusion: 1 of 2 cases gave no usable result."
+    assert outcome.conclusion == "No conclusion: 1 of 2 cases have no usable result."
     assert [row["status"] for row in outcome.rows][1] == "converged"
     assert "derails" in outcome.rows[0]["status"]
     assert not outcome.all_converged
@@ -257,10 +257,10 @@ def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
 def test_hertz_says_how_touch_points_share_the_load(capsys):
     assert call(["hertz", "--shift", "0"]) == 0
     out = " ".join(capsys.readouterr().out.split())
-    assert "they share the load: point 1 69.0 kN" in out
-    assert "they are one patch" in out
+    assert "Load shared by parallel springs: point 1 69.0 kN" in out
+    assert "they are a single patch" in out
     assert call(["hertz", "--shift", "-4"]) == 0
-    assert "share the load" not in capsys.readouterr().out
+    assert "Load shared" not in capsys.readouterr().out
 
 
 def test_a_message_has_no_endless_word():
@@ -276,7 +276,7 @@ def test_a_working_folder_that_is_gone_is_said(tmp_path):
     command = [sys.executable, "-c", code, "table", "--shifts", "3", "--loads-kn", "50", "--out", "table.csv"]
     process = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, env=environment)
     assert process.returncode == 2
-    assert "the working folder is no more: change into one that is there" in process.stderr
+    assert "the working folder no longer exists; change to an existing folder" in process.stderr
 
 
 def test_an_error_of_the_system_without_a_name_is_not_blamed_on_the_workers_where_the_folder_is_gone(monkeypatch):
@@ -299,7 +299,7 @@ def test_too_little_memory_is_one_line_and_no_difference_of_results(monkeypatch,
     # 1 would mean that both differ
     assert call(["compare", "A", "B"]) == 2
     (said,) = capsys.readouterr().err.splitlines()
-    assert said.startswith("error: there is too little memory; end other programs")
+    assert said.startswith("error: not enough memory; close other programs")
 
 
 def raising(error: Exception):

@@ -166,7 +166,7 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
     picture = tmp_path / "geometry.png"
     assert call(["geometry", "--shifts", "-1:1:1,8", "--out", str(picture)]) == 0
     text = capsys.readouterr().out
-    assert "jump at +0.226 mm" in text
+    assert "jump at a shift of +0.226 mm" in text
     assert "no position at +8.00 mm" in text
     assert "equivalent conicity" in text
     assert picture.read_bytes().startswith(b"\x89PNG")

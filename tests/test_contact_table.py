@@ -158,7 +158,7 @@ def test_a_table_says_what_interpolation_between_its_lines_misses():
     assert max(missed.values()) > 10.0
     _, said = contact_table_lines(rows)
     worst = max(row["strip_approach_between_percent"] for row in rows)
-    assert f"approach is off by up to {worst:.2g} %" in said
+    assert f"approach of the strip method up to {worst:.2g} %" in said
     # each patch has its place and angle: at 5 mm the second one lies on the gauge side, and is steeper
     two = by_place[5.0, 40.0]
     assert two["strip_patches"] == 2

@@ -165,7 +165,7 @@ def test_both_bodies_in_one_file_keep_their_cells_and_surfaces(pair, tmp_path, e
 def test_the_command_line_writes_both_and_says_that_they_are_half(tmp_path, capsys):
     options = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
     assert call(["mesh", "both", *options, "--element", "C3D8", "--out", str(tmp_path / "deck.inp")]) == 0
-    assert "half of it, x >= 0" in capsys.readouterr().out
+    assert "half of the body, x >= 0" in capsys.readouterr().out
     assert "*ELEMENT, TYPE=C3D8, ELSET=wheel" in (tmp_path / "deck.inp").read_text()
 
 

@@ -48,7 +48,7 @@ def test_a_result_that_cannot_be_written_is_printed_all_the_same(solve, tmp_path
     assert call(["solve", *PAIR, "--json", "--out", str(tmp_path / "out")]) == 2
     out, err = capsys.readouterr()
     assert json.loads(out)["status"] == "converged"
-    assert "case.vtm: No space left on device; make room, or choose a folder on another disk" in err
+    assert "case.vtm: No space left on device; free disk space, or choose a folder on another disk" in err
 
 
 def test_what_is_told_of_a_case_is_made_once(solve, tmp_path, monkeypatch):
@@ -80,7 +80,7 @@ def test_files_that_take_a_tenth_of_a_solve_are_told(
 @pytest.mark.parametrize(
     ("code", "file", "remedy"),
     [
-        (errno.ENOSPC, "x", "make room"),
+        (errno.ENOSPC, "x", "free disk space"),
         (errno.EMFILE, None, "ulimit"),
         (errno.ENAMETOOLONG, "x", "shorter path"),
         (errno.EROFS, "x", "choose another file or folder"),
@@ -111,7 +111,7 @@ def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_qui
         lambda: fecontact.run([case], tmp_path),
     ):
         with pytest.raises(
-            InputError, match=r"case \(row\.json\), which would be lost; give another --out, or --force"
+            InputError, match=r"case \(row\.json\), which would be overwritten; give another --out, or --force"
         ):
             refused()
     assert call(["solve", *PAIR, "--load-kn", "50", "--out", str(tmp_path)]) == 2
@@ -134,7 +134,7 @@ def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, t
     if goes:
         prepare_for_study(tmp_path, goes)
     else:
-        with pytest.raises(InputError, match="which would be lost"):
+        with pytest.raises(InputError, match="which would be overwritten"):
             prepare_for_study(tmp_path, "mine")
 
 
@@ -156,7 +156,7 @@ def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
         (["hertz", "--wheel-young-mpa", "1e-308"], "Young's modulus is 1e-308 MPa; allowed: 1e-30 to 1e+20"),
         (["hertz", "--rolling-radius-mm", "1e300"], "allowed: 1e-30 to 1e+20"),
         (["hertz", "--friction", "0.3", "--rail-columns", "1:nan"], "Unknown option"),
-        (["hertz", "--rail-columns", "1:nan"], "--rail-columns: it says how a file is read, but the rail is 60E1"),
+        (["hertz", "--rail-columns", "1:nan"], "--rail-columns is only for a profile file, but the rail is 60E1"),
         (["hertz", "--wheel", "cylinder:460", "--wheel-units", "m"], "but the wheel is cylinder:460"),
     ],
 )

@@ -482,10 +482,10 @@ def test_every_command_notes_what_is_not_usual_before_it_begins(command, capsys,
 @pytest.mark.parametrize(
     ("file", "says"),
     [
-        ("study.json", "it is a folder with the results of a study"),
-        ("row.json", "it is a folder with the results of a case"),
-        ("cases.toml", "it is a folder; give the file of a study, such as"),
-        (None, "it is a folder; give the file of a study"),
+        ("study.json", "this folder has the results of a study"),
+        ("row.json", "this folder has the results of a case"),
+        ("cases.toml", "this is a folder; give the file of a study, such as"),
+        (None, "this is a folder; give the file of a study"),
     ],
 )
 def test_a_folder_in_place_of_a_study_is_called_one(file, says, tmp_path, capsys):
@@ -498,7 +498,7 @@ def test_a_folder_in_place_of_a_study_is_called_one(file, says, tmp_path, capsys
 def test_words_that_belong_to_no_option_are_named(capsys):
     assert call(["solve", "3", "100"]) == 2
     said = capsys.readouterr().err
-    assert said.startswith("error: 3 100: fecontact solve does not know what to do with it; values stand behind")
+    assert said.startswith("error: 3 100: fecontact solve takes no such argument; write each value after its option")
     assert "Unused" not in said
 
 
@@ -525,7 +525,7 @@ def first_page(command, options, capsys, monkeypatch):
         assert f" {topic.capitalize()} " in page
         assert page.count("╭") == 1
     assert call([command, "--help", "materiel"]) == 2
-    assert "topics of" in capsys.readouterr().err
+    assert "unknown topic" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -553,7 +553,9 @@ def test_commands_stand_in_the_order_in_which_they_are_used(capsys):
 
 def test_what_is_known_of_a_file_is_said_for_each_body(capsys):
     assert call(["solve", "--units", "m"]) == 2
-    assert "--units: each body has an option of its own: --rail-units and --wheel-units" in capsys.readouterr().err
+    assert (
+        "--units is not an option; use the option of a body: --rail-units or --wheel-units" in capsys.readouterr().err
+    )
 
 
 def test_a_material_for_both_bodies_and_one_of_its_own():
@@ -710,9 +712,9 @@ def test_the_shift_has_two_names_and_element_sizes_are_a_resolution():
         (["--load-kn", "heavy"], "load is 'heavy'; allowed: a number (kN, 0.001 to 1000000)"),
         (
             ["--opposite", "rial=54E1"],
-            "'rial=54E1' is none of rail=..., wheel=..., rolling-radius-mm",
+            "'rial=54E1'; allowed: rail=..., wheel=..., rolling-radius-mm",
         ),
-        (["--opposite", "54E1"], "'54E1' is none of rail="),
+        (["--opposite", "54E1"], "'54E1'; allowed: rail="),
         (["--resolution", "0.5,x"], "two element sizes in mm such as 0.5,0.4"),
         (["--resolution", "0.5,-1"], "element size is -1.0 mm; allowed: finite and > 0"),
     ],
@@ -787,15 +789,18 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: InputPl
         ("inclination_rad = 0.1", "did you mean inclination?"),
         ("[tracks]\ngauge_mm = 1435", "tracks: there is no such key; did you mean track?"),
         ("[[cases]]", "did you mean case?"),
-        ("gauge_mm = 1435", "gauge_mm stands in [track]"),
-        ("young_MPa = 1", "young_MPa stands in [rail_material] or [wheel_material]"),
-        ("[track]\nload_kN = 1", "[track]: load_kN: there is no such key; load_kN stands in [opposite] or no table"),
-        ("[[case]]\n[case.size]\ngauge_mm = 1435", "gauge_mm stands in [case.track]"),
+        ("gauge_mm = 1435", "gauge_mm belongs to [track]"),
+        ("young_MPa = 1", "young_MPa belongs to [rail_material] or [wheel_material]"),
+        (
+            "[track]\nload_kN = 1",
+            "[track]: load_kN: there is no such key; load_kN belongs to [opposite] or the keys above all tables",
+        ),
+        ("[[case]]\n[case.size]\ngauge_mm = 1435", "gauge_mm belongs to [case.track]"),
         ("qqqq = 1", "qqqq: there is no such key; keys: rail, wheel, inclination, lateral_shift_mm"),
         ("load_kN = true", "load_kN: load is True; allowed: a number (kN, 0.001 to 1000000)"),
         ("load_kN = 'x'", "load_kN: load 'x': 'x' is neither a number nor a range"),
         ("load_kN = [50, 'x']", "allowed: a number (kN, 0.001 to 1000000)"),
-        ("load_kN = []", "load_kN: it is an empty list; allowed: a number (kN, 0.001 to 1000000)"),
+        ("load_kN = []", "load_kN: the list is empty; allowed: a number (kN, 0.001 to 1000000)"),
         ("load_kN = [[50]]", "load is [50]; allowed: a number (kN, 0.001 to 1000000)"),
         ("load_kN = nan", "load is nan N"),
         ("load_kN = 1e999", "load is inf N"),
@@ -806,15 +811,15 @@ def test_a_misspelt_key_is_refused_with_the_nearest_and_all_others(slot: InputPl
         ("rail = 60", "rail is 60; allowed: a text (library name"),
         ("resolution = [0.5]", "two element sizes in mm"),
         ("resolution = 0.5", "resolution is 0.5; allowed: quick, standard, fine, or two"),
-        ("track = 1435", "track is 1435; it is a table, which begins with the line [track]"),
-        ("[[track]]", "it is a table, which begins with the line [track]"),
+        ("track = 1435", "track is 1435; give a table that begins with the line [track]"),
+        ("[[track]]", "give a table that begins with the line [track]"),
         ("[track]\ngauge_mm = '1435'", "[track]: gauge_mm: gauge is '1435'; allowed: a number (mm, finite and > 0)"),
         ("[track]\ngauge_mm = [1435, 1437]", "[track]: gauge_mm: it is [1435, 1437]; allowed: a number (mm"),
-        ("[case]", "each of which begins with the line [[case]]"),
-        ("case = []", "each of which begins with the line [[case]]"),
+        ("[case]", "give each case as a table that begins with the line [[case]]"),
+        ("case = []", "give each case as a table that begins with the line [[case]]"),
         ("[[case]]\n[[case.case]]", "[[case]] 1: case: there is no such key; keys"),
         ("load_kN = [", "not valid TOML"),
-        ("load_kN = '1:1000:1'\nyaw_mrad = '0:0.9:0.001'\nlateral_shift_mm = '0:1:0.1'", "take shorter lists"),
+        ("load_kN = '1:1000:1'\nyaw_mrad = '0:0.9:0.001'\nlateral_shift_mm = '0:1:0.1'", "use shorter lists"),
     ],
 )
 def test_a_wrong_file_is_refused(text, says, tmp_path):

@@ -233,14 +233,14 @@ def test_peaks_that_move_leave_a_verdict_alone_where_the_theory_moves_with_them(
     assert 0.0 < uncertainty < 0.01
     low, high = 0.7 * peak_MPa * (1.0 - uncertainty), 1.3 * peak_MPa * (1.0 + uncertainty)
     assert (fe["p_max_low_MPa"], fe["p_max_high_MPa"]) == pytest.approx((low, high))
-    assert peak_range_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the lines"
+    assert peak_range_text(fe) == f"peak pressure {low:.0f} to {high:.0f} MPa over the profile variants"
 
 
 def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_quick):
     judgement = judged_with(elliptic_quick, lines=planted_lines(1.0, 1.0, 1.0, 1.2, 1.3))
     verdict = judgement.verdict
     assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE_CAUSE)
-    said = "holds on 4 of the 6 lines that the points allow (it fails with filters above 6 mm)"
+    said = "holds on 4 of 6 profile variants (it fails with filters above 6 mm)"
     assert variant_share_text(verdict.lines) == said
     assert said in verdict_reason(judgement)
     record = json.loads(json.dumps(load_record(judgement)))
@@ -264,10 +264,10 @@ def test_lines_with_other_patches_are_named(elliptic_quick):
     planted = planted_lines(1.0, 1.0)
     filtered, *rest = planted.others
     judgement = judged_with(elliptic_quick, lines=replace(planted, others=(replace(filtered, patches=2), *rest)))
-    (note,) = (warning for warning in judgement.warnings if "other patches" in warning)
-    assert note.startswith("on 1 of the 3 lines that the points allow the contact has other patches")
+    (note,) = (warning for warning in judgement.warnings if "the patches differ" in warning)
+    assert note.startswith("on 1 of 3 profile variants the patches differ from the patches of the reference variant")
     assert "(filter 4 mm)" in note
-    assert not any("other patches" in warning for warning in judged_with(elliptic_quick, lines=planted).warnings)
+    assert not any("the patches differ" in warning for warning in judged_with(elliptic_quick, lines=planted).warnings)
 
 
 def test_every_theory_has_moves_of_its_own(elliptic_quick):
@@ -280,18 +280,15 @@ def test_every_theory_has_moves_of_its_own(elliptic_quick):
 
 def test_words_of_shares():
     answers = {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 1": "HOLDS"}
-    assert (
-        variant_share_text(answers)
-        == "holds on 2 of the 3 lines that the points allow (it fails with filters below 8 mm)"
-    )
-    assert variant_share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all of the 3 lines that the points allow"
+    assert variant_share_text(answers) == "holds on 2 of 3 profile variants (it fails with filters below 8 mm)"
+    assert variant_share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all 3 profile variants"
     assert variant_share_text(answers | {"noise 1": "FAILS"}).endswith("(it fails on filter 4 mm, noise 1)")
-    assert variant_share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is open on 1)")
+    assert variant_share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is undecided on 1)")
     # a line within a limit's uncertainty, and none beyond it: a rail and a wheel of high mileage at 6 mm
     some = dict.fromkeys(answers, "HOLDS") | {"noise 1": "UNRESOLVED"}
-    assert variant_share_text(some) == "holds on 2 of the 3 lines that the points allow (it is open on 1)"
+    assert variant_share_text(some) == "holds on 2 of 3 profile variants (it is undecided on 1)"
     assert variant_share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
-        "holds on 0 of the 3 lines that the points allow (it is open on 3)"
+        "holds on 0 of 3 profile variants (it is undecided on 3)"
     )
 
 
@@ -309,8 +306,8 @@ def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
         "theories": {HERTZ: {"deviation": deviation, "uncertainty": stated}},
     }
     assert verdict_reason_of_record(record).startswith(
-        "furthest beyond its limit: load on separate patches 21.47 % ± 41.60 % over all lines, each of which is judged"
-        " by itself (limit < 0.1 %)"
+        "furthest beyond its limit: load on separate patches 21.47 % ± 41.60 % over all profile variants, each of"
+        " which is judged separately (limit < 0.1 %)"
     )
     row = {
         "status": "converged",
@@ -338,9 +335,9 @@ def test_measures_that_fail_one_after_the_other_are_not_called_open():
         "theories": {HERTZ: {"deviation": deviations, "uncertainty": stated}},
     }
     text = verdict_reason_of_record(record)
-    assert text.startswith("beyond another limit from line to line: ")
+    assert text.startswith("the profile variants exceed different limits: ")
     assert BY_EACH_VARIANT in text
-    assert text.endswith("it fails on all of the 2 lines that the points allow")
+    assert text.endswith("it fails on all 2 profile variants")
 
 
 # --- wear whose truth is known ---------------------------------------------------------------------------------------
@@ -421,7 +418,7 @@ def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_one
     sure = judged_with(elliptic_quick, levels=levels, half_space=two, lines=lines)
     assert (sure.status, sure.verdict.answer) == (ELEMENTS_STATUS, "FAILS")
     assert sure.verdict.cause != ELEMENTS_CAUSE
-    assert verdict_reason(sure).startswith("certain by the half-space alone, ")
+    assert verdict_reason(sure).startswith("certain from the half-space alone, ")
     assert verdict_of(load_row(sure, placement)) == "FAILS"
     assert not is_open(judgement.case, levels, placement, lines, two)
 

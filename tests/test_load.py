@@ -172,7 +172,7 @@ def test_a_damaged_result_is_named_and_never_judged(solved_folder, tmp_path, fil
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"schema": "fecontact/result/1"}, "its layout is fecontact/result/1, not"),
+        ({"schema": "fecontact/result/1"}, "the layout is fecontact/result/1; allowed:"),
         ({"loads": []}, "cannot be read"),
         ({"case": {"rail": "60E1", "wheels": "S1002"}}, "wheels"),
     ],
@@ -192,7 +192,7 @@ def test_another_version_of_the_solving_code_is_named_and_never_judged(solved_fo
     monkeypatch.setattr(identity, "read_digests", lambda: replace(read_digests(), solving="another"))
     identity._determine_solving_origin.cache_clear()
     try:
-        with pytest.raises(InputError, match=r"made by another version: source of solving .* solve it again"):
+        with pytest.raises(InputError, match=r"made by a different version: source of solving .* solve it again"):
             load(solved_folder)
         assert call(["judge", str(solved_folder)]) == 3
         assert "source of solving" in " ".join(capsys.readouterr().out.split())
@@ -276,16 +276,18 @@ def test_a_study_is_read_back_and_judged_without_its_profile_files(twice, tmp_pa
     assert set(table.rows.verdict_answer) <= {"FAILS", "UNRESOLVED"}
     for inside in (out, out / "cases", out / "cases" / "strict"):
         assert call(["judge", str(out), "--out", str(inside)]) == 2
-        assert f"{inside} {'is' if inside == out else 'lies in'} the folder of the results" in capsys.readouterr().err
+        assert f"{inside} {'is' if inside == out else 'is inside'} the folder of the results" in capsys.readouterr().err
     # nor over other results that were solved: the judged ones may be judged once more
     other_folder = tmp_path / "other"
     shutil.copytree(out, other_folder)
     capsys.readouterr()
     assert call(["judge", str(out), "--out", str(other_folder)]) == 2
-    assert f"{other_folder} holds other results, which were solved (cases)" in capsys.readouterr().err
+    assert f"{other_folder} has other solved results (cases)" in capsys.readouterr().err
     assert (other_folder / "study.csv").read_bytes() == (out / "study.csv").read_bytes()
     assert call(["judge", str(out), "--p-max-percent", "0.02", "--out", str(tmp_path / "strict")]) == 0
-    assert f"replaced, with another content before: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
+    assert (
+        f"replaced files that had different content: {tmp_path / 'strict' / 'report.html'}, " in capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow

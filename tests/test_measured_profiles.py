@@ -160,9 +160,9 @@ def test_a_worn_rail_is_its_rail_and_its_wear():
     measured = read(points).measured
     assert measured.nominal == "60E1"
     text = nearest_text(find_nearest_profiles(points, "rail"), "54E1")
-    assert "nearest library profile over the whole line: 60E1" in text
+    assert "nearest library profile, over all points: 60E1" in text
     # another one than it is smoothed from is no riddle
-    assert text.endswith("; what is smoothed is the deviation from 54E1")
+    assert text.endswith("; smoothed is the deviation from 54E1")
     assert "smoothed" not in nearest_text(find_nearest_profiles(points, "rail"), "60E1")
     # of points that lie on it no rounding is told
     assert "all points are within 0.001 mm of it" in nearest_text(find_nearest_profiles(sampled("60E1", 0.0), "rail"))
@@ -417,7 +417,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     # the mesh of this case has 11,838 and 17,448 unknowns
     assert previewed.degrees_of_freedom == pytest.approx(29_286, rel=0.1)
     text = "\n".join(preview_lines(previewed))
-    assert "curvature junctions below it: rail at +2.35 mm" in text
+    assert "curvature junctions in the patch: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(previewed)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)
     assert draw_preview(previewed, tmp_path / "seen.png").stat().st_size > 10_000
@@ -429,7 +429,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     np.savetxt("mine.csv", sampled("60E1", 0.01), delimiter=",", fmt="%.6f")
     assert call(["place", "--rail", "mine.csv", "--shift", "-4", "--out", "seen.png"]) == 0
     out = capsys.readouterr().out
-    assert "the measured profiles leave ±" in out
+    assert "uncertainty of the measured profiles: p0 ±" in out
     assert (tmp_path / "seen.png").exists()
     # the contact is found on each line that the points allow, some eight
     previewed = preview_case(Case(rail="mine.csv", lateral_shift_mm=-4.0))
@@ -444,7 +444,7 @@ def test_place_and_profiles_on_the_command_line(tmp_path, capsys, monkeypatch):
     assert 0.0 < profile_part["p_max_MPa"] < 0.05
     assert call(["profiles", "mine.csv", "--kind", "rail", "--write", "again.csv", "--out", "mine.png"]) == 0
     out = capsys.readouterr().out
-    assert "nearest library profile over the whole line: 60E1" in out
+    assert "nearest library profile, over all points: 60E1" in out
     assert "its deviation from 60E1" in out
     assert (tmp_path / "mine.png").exists()
     assert call(["profiles", "mine.csv", "--kind", "rail", "--json"]) == 0
@@ -495,10 +495,10 @@ def test_what_was_left_out_is_drawn_with_its_place_and_a_key(tmp_path, monkeypat
         figures, (points[200], exact[80], previewed.placement.rail.point(*exact[80])), strict=True
     ):
         ax = figure.axes[0]
-        (mark,) = [artist for artist in ax.lines if str(artist.get_label()).startswith("left out")]
-        assert mark.get_label() == "left out: spike (1)"
+        (mark,) = [artist for artist in ax.lines if str(artist.get_label()).startswith("omitted")]
+        assert mark.get_label() == "omitted: spike (1)"
         assert (mark.get_xdata()[0], mark.get_ydata()[0]) == pytest.approx((y, z), abs=1e-6)
-        assert "left out: spike (1)" in [text.get_text() for text in ax.get_legend().get_texts()]
+        assert "omitted: spike (1)" in [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 def test_a_profile_without_problems_has_no_marks(monkeypatch):

@@ -56,8 +56,8 @@ def test_a_verdict_that_no_mesh_decides_says_so_and_names_no_resolution(elliptic
     record = result_record(replace(elliptic_quick, load=load))
     remedy = remedy_text(record)
     # half of the errors of reading (0.2 %) and of cut planes (0.19 %)
-    assert remedy.startswith("no finer mesh decides it: it is 0.19 % beside its limit")
-    assert "leave 0.39 % open" in remedy
+    assert remedy.startswith("finer meshes cannot decide: the deviation is only 0.19 % from its limit")
+    assert "0.39 % of its uncertainty" in remedy
     load = judge_load(solved_with_limit(elliptic_quick, 1.03), elliptic_quick.placement)
     assert "--resolution" in remedy_text(result_record(replace(elliptic_quick, load=load)))
 

@@ -125,7 +125,7 @@ def test_the_case_of_the_page_on_results_is_that_of_the_baseline():
     area = f"{value['hertz_deviation_area_percent']:+.2f} %", f"{value['hertz_uncertainty_area_percent']:.2f} %"
     assert (
         f"Hertz FAILS; furthest beyond its limit: area {area[0]} ± {area[1]} (limit ±10 %);"
-        f" because: {row['verdict_cause']}"
+        f" cause: {row['verdict_cause']}"
     ) in lines
     peak = f"{value['hertz_deviation_p_max_percent']:+.2f} %", f"{value['hertz_uncertainty_p_max_percent']:.2f} %"
     for name, measure, off, limit, answer in (

@@ -559,10 +559,10 @@ def test_a_measure_is_one_entry():
     # the field itself holds its reading rules: no other place refers to its name
     keys = {"uncertainty", "of_contact", "of_theory", "of_theories"}
     assert all(set(measure_field.metadata) == keys for measure_field in (*fields(Measures), *fields(Misfit)))
-    assert UNCERTAINTIES == {
+    assert {
         measure_field.name: measure_field.metadata["uncertainty"]
         for measure_field in (*fields(Measures), *fields(Misfit))
-    }
+    } == UNCERTAINTIES
     fe, analytic, misfit = read_measures(rung), read_hertz_measures(hertz), read_hertz_misfit(rung, hertz)
     assert tuple(fe.as_dict()) == tuple(analytic.as_dict()) == names
     assert tuple(misfit.as_dict()) == misfit_names

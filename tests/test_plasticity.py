@@ -229,7 +229,7 @@ def test_first_yield_that_is_not_found_is_said(monkeypatch):
         "not converged",
         "UNRESOLVED",
     )
-    assert any("what it does to the contact was not solved: not converged" in warning for warning in load.warnings)
+    assert any("its effect on the contact was not solved: not converged" in warning for warning in load.warnings)
 
 
 @pytest.mark.slow
@@ -305,9 +305,9 @@ def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(loaded_sp
     assert loaded_sphere.verdict.answer == load.verdict.answer == load.plastic.verdict.answer == "FAILS"
     assert load.verdict.cause == "plasticity"
     text = " ".join(load.warnings)
-    assert "shakedown, residual stress, friction and repeated passes are not in it" in text
+    assert "without shakedown, residual stress, friction and repeated passes" in text
     record, row = load_record(load), load_row(load, loaded_sphere.placement)
-    assert "repeated passes are not in it" in row["verdict_warnings"]
+    assert "repeated passes" in row["verdict_warnings"]
     assert record["plastic"]["hertz"]["verdict"]["answer"] == row["plastic_hertz_verdict_answer"] == "FAILS"
     assert record["verdict"]["answer"] == row["verdict_answer"] == "FAILS"
     assert record["elastic_verdict"]["answer"] == row["elastic_verdict_answer"] == "HOLDS"

@@ -625,7 +625,7 @@ def test_commands_say_which_radius_counts(command, radii, note, wheel_with_diame
 @pytest.mark.parametrize(
     ("radii", "note"),
     [
-        ((), "the rolling radius is 359.596 mm by the header of worn.whl"),
+        ((), "rolling radius 359.596 mm, from the header of worn.whl"),
         (("460",), "the given rolling radius is 460 mm, but 359.596 mm in the header of worn.whl"),
     ],
 )

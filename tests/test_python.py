@@ -11,6 +11,7 @@ import pydoc
 import re
 import sys
 from dataclasses import replace
+from operator import attrgetter
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -64,19 +65,55 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
 
 DOORS = ("fecontact.runs.alone", "fecontact.solving.wheelset_geometry", "fecontact.solving.preview")
 PACKAGE = Path(fecontact.__file__).parent
+# these examples solve a case or screen a fleet, which takes 5 to 40 s
+WITH_SOLUTIONS = (
+    "fecontact.features.fleet.checking",
+    "fecontact.features.fleet.running",
+    "fecontact.outputs.frames",
+    "fecontact.outputs.mesh_dataset",
+    "fecontact.outputs.records.results",
+    "fecontact.plot",
+    "fecontact.runs.judging_again",
+    "fecontact.runs.load",
+    "fecontact.runs.map_run",
+    "fecontact.runs.study",
+    "fecontact.solving.solve",
+)
 # the package itself has its examples below
-WITH_EXAMPLES = [
+WITH_EXAMPLES = {
     ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
     for path in sorted(PACKAGE.rglob("*.py"))
     if ">>> " in path.read_text("utf-8") and path.name != "__init__.py"
-]
+}
 
 
-@pytest.mark.parametrize("module", sorted({*DOORS, *WITH_EXAMPLES}))
+@pytest.mark.parametrize("module", sorted({*DOORS, *WITH_EXAMPLES} - {*WITH_SOLUTIONS}))
 def test_the_examples_of_functions_have_these_numbers(module):
     outcome = doctest.testmod(importlib.import_module(module))
     assert outcome.attempted >= (2 if module in DOORS else 1)
     assert outcome.failed == 0
+
+
+@pytest.fixture
+def each_case_is_solved_once(solved, monkeypatch):
+    """Let `fecontact.solve` store its results for the other tests."""
+    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("module", WITH_SOLUTIONS)
+@pytest.mark.usefixtures("each_case_is_solved_once")
+def test_the_examples_with_solutions_have_these_numbers(module):
+    outcome = doctest.testmod(importlib.import_module(module))
+    assert outcome.attempted >= 4
+    assert outcome.failed == 0
+
+
+def test_public_functions_and_classes_have_an_example():
+    """The module `plot` has examples in its functions; `to_xarray` needs an optional package."""
+    places = {*fecontact.__all__, "plot.case", "plot.map"} - {"__version__", "plot", "to_xarray"}
+    without_example = [name for name in sorted(places) if ">>> " not in (attrgetter(name)(fecontact).__doc__ or "")]
+    assert without_example == []
 
 
 @pytest.mark.slow
@@ -93,9 +130,8 @@ def test_a_door_to_stored_results_judges_cases_and_refuses_what_needs_friction(e
 
 
 @pytest.mark.slow
-def test_the_story_of_the_package_has_these_numbers(solved, monkeypatch):
-    # this function stores its results for the other tests
-    monkeypatch.setattr(fecontact, "solve", solved, raising=False)
+@pytest.mark.usefixtures("each_case_is_solved_once")
+def test_the_story_of_the_package_has_these_numbers():
     outcome = doctest.testmod(fecontact, optionflags=doctest.ELLIPSIS)
     assert outcome.attempted > 15
     assert outcome.failed == 0

@@ -790,13 +790,10 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     assert call(["compare", same, same, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
     for older, newer in (
-        (
-            ["--html", "a.html"],
-            "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png",
-        ),
-        (["--png", "a.png"], "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"),
-        (["--json", "a.json"], "--json is a flag, and JSON goes to standard output; write: --json > a.json"),
-        (["--json=a.json"], "--json: it is a flag, and a.json behind it is too much; leave it out"),
+        (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (["--json", "a.json"], "--json is a flag without a value; to write a file: --json > a.json"),
+        (["--json=a.json"], "--json is a flag without a value; leave out a.json"),
     ):
         assert call(["compare", same, same, *older]) == 2
         assert newer in capsys.readouterr().err
@@ -869,7 +866,7 @@ def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_
     assert call(["compare", str(was), str(now)]) == 1
     lines = capsys.readouterr().out.splitlines()
     assert sum(" 1/1 " in line for line in lines) == 30
-    assert "11 further columns differ: --out FOLDER or --json has all" in lines
+    assert "11 further columns differ; for all: --out FOLDER or --json" in lines
     assert any("38 % of the patch..." in line for line in lines)
     assert sum(" -0.048264705 " in line for line in lines) == 29
 
@@ -996,7 +993,7 @@ def test_a_baseline_is_not_written_where_nobody_keeps_any(tmp_path, capsys, monk
     study = write_study(tmp_path / "study", [case_row()])
     monkeypatch.chdir(tmp_path)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 2
-    assert "there is no studies/baselines here" in capsys.readouterr().err
+    assert "studies/baselines does not exist here" in capsys.readouterr().err
     assert not (tmp_path / "studies").exists()
     (tmp_path / "studies" / "baselines").mkdir(parents=True)
     assert call(["baseline", "update", str(study), "--reason", "first"]) == 0
@@ -1145,7 +1142,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     folders = [str(write_map(name, answers_of_map)) for name, answers_of_map in (("was", was), ("now", now))]
     assert call(["compare", *folders, "--out", str(tmp_path / "changes")]) == 1
     printed = " ".join(capsys.readouterr().out.split())
-    assert "another one in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in printed
+    assert "differs in 3 of 5 cases: HOLDS -> FAILS 2 times, failed -> HOLDS 1 time." in printed
     assert "HOLDS FAILS 2 -4 mm: 80 kN; +0 mm: 50 kN" in printed
     first, second = json.loads((tmp_path / "changes" / "comparison.json").read_text())["changed_verdicts"]
     assert first == {"baseline": "HOLDS", "new": "FAILS", "cases": 2, "where": "-4 mm: 80 kN; +0 mm: 50 kN"}
@@ -1153,6 +1150,6 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     assert (tmp_path / "changes" / "comparison.png").stat().st_size > 5000
     # if matched by other columns, cases keep their shift and load
     assert call(["compare", *folders, "--match", "shift,load"]) == 1
-    assert "another one in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
+    assert "differs in 3 of 5 cases" in " ".join(capsys.readouterr().out.split())
     assert call(["compare", folders[0], folders[0]]) == 0
-    assert "Hertz's verdict is the same in all of 5 cases." in capsys.readouterr().out
+    assert "The verdict on Hertz is unchanged (5 cases)." in capsys.readouterr().out

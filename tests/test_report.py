@@ -88,15 +88,15 @@ def test_a_report_says_question_answer_and_reason(study):
     # the title is the pair, not the name of a file; the conclusion comes first
     assert text_of(next(page.iter("h1"))) == "Rail circle:300 and wheel cylinder:460, 100 kN"
     assert head[0] == "It is as expected."
-    assert head[1] == "two <shifts>: Hertz holds in 1 of 3 cases, fails in 0, is open in 1, 1 could not be used."
-    assert head[2].startswith("May Hertz's ellipse stand for the contact of rail circle:300 and wheel cylinder:460?")
+    assert head[1] == "two <shifts>: Hertz holds in 1 of 3 cases, fails in 0, is unresolved in 1, 1 could not be used."
+    assert head[2].startswith("Can Hertz's ellipse replace the contact of rail circle:300 and wheel cylinder:460?")
     assert [
         text_of(paragraph)
         for paragraph in page.iter("p")
-        if "to decide it: --resolution standard" in text_of(paragraph)
+        if "to decide, use --resolution standard" in text_of(paragraph)
     ]
     titles = [text_of(heading) for heading in page.iter("h2")]
-    assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "Terms", "What made it"]
+    assert titles == ["Verdicts", "The pair", "Cases", "Meshes and solver", "Terms", "Versions"]
     lines = [[text_of(cell) for cell in line.iter("td")] for line in next(page.iter("table")).iter("tr")][1:]
     assert [line[:3] for line in lines] == [
         ["-1.00", "100", "HOLDS"], ["+2.50", "100", "UNRESOLVED"], ["+30.00", "100", "failed"],
@@ -109,9 +109,9 @@ def test_the_picture_of_the_pair_says_which_case_it_shows(study):
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
     utilisations = [row.get("verdict_limit_used", 0.0) for row in rows]
     assert utilisations[1] == max(utilisations) > utilisations[0] > 0.0
-    case = f"at +2.50 mm, 100 kN, the case that uses most of a limit ({utilisations[1]:.2f} times the limit)"
+    case = f"at +2.50 mm, 100 kN, the case with the largest limit utilisation ({utilisations[1]:.2f})"
     # the caption after the caption of the whole study
-    assert words[1] == f"Section through the first touch point {case}."
+    assert words[1] == f"Section through the first contact point {case}."
 
 
 def test_every_measure_that_is_judged_is_defined(study):
@@ -180,7 +180,7 @@ def test_a_case_alone_and_a_judged_one_have_a_report(elliptic_quick, tmp_path, m
     words = [text_of(caption) for caption in page.iter("figcaption")]
     # section, the case, and its relief: a single point does not give a line over the shift
     assert len(words) == 3
-    assert words[0] == "Section through the first touch point at +0.00 mm, 100 kN."
+    assert words[0] == "Section through the first contact point at +0.00 mm, 100 kN."
     (relief,) = [
         json.loads(text_of(script)) for script in page.iter("script") if script.get("type") == "application/json"
     ]
@@ -278,7 +278,7 @@ def test_only_the_worst_of_many_cases_have_pictures(study, monkeypatch):
     assert [text_of(heading) for heading in page.iter("h3")] == [
         "rail circle:300 and wheel cylinder:460, +2.50 mm, 100 kN: UNRESOLVED"
     ]
-    assert "1 of 3 cases, those that use most of a limit; all are in cases/ID/case.png." in text_of(page)
+    assert "1 of 3 cases, with the largest limit utilisation; all are in cases/ID/case.png." in text_of(page)
 
 
 def test_the_ladder_is_drawn_only_of_what_tells_it(study):
@@ -302,7 +302,7 @@ def test_patches_in_small_name_their_verdicts(elliptic_quick):
         (["HOLDS"], "Hertz holds in 1 of 1 x, fails in 0"),
         (
             ["HOLDS", "FAILS", "UNRESOLVED", "failed"],
-            "Hertz holds in 1 of 4 x, fails in 1, is open in 1, 1 could not be used",
+            "Hertz holds in 1 of 4 x, fails in 1, is unresolved in 1, 1 could not be used",
         ),
     ],
 )

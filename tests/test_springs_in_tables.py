@@ -85,7 +85,7 @@ def test_the_table_shows_them_where_there_are_any(two, single):
     text = printed(rows)
     assert "; rolled until both wheels touch" in text.splitlines()[0]
     assert (
-        "+5.00 mm, 50 kN: the cheapest theory that holds: Hertz at all contact points, as springs (p_max +3.5 %, area"
+        "+5.00 mm, 50 kN: cheapest theory that holds: Hertz at all contact points, as springs (p_max +3.5 %, area"
         in text
     )
     assert "springs" not in printed(rows[:1])

@@ -74,7 +74,7 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     assert "\n[criteria]" not in text
     capsys.readouterr()
     assert call(["init", str(folder)]) == 2
-    assert "there already" in capsys.readouterr().err
+    assert "init would overwrite" in capsys.readouterr().err
 
 
 def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):
@@ -141,12 +141,12 @@ def test_checking_a_study_says_how_many_positions_were_tried(tmp_path, capsys, m
     path = tmp_path / "mine.toml"
     path.write_text('roll = "given"\nlateral_shift_mm = [0, 2, 4]\n[opposite]\nrail = "54E1"\n')
     assert call(["check", str(path)]) == 2
-    assert "1 of 3 positions were tried, up to the first that is none" in capsys.readouterr().err
+    assert "1 of 3 positions were checked, up to the first invalid position" in capsys.readouterr().err
     placements = []
     monkeypatch.setattr("fecontact.runs.check.place_case", lambda case: placements.append(case.lateral_shift_mm))
     path.write_text('lateral_shift_mm = "-4:4:0.1"\n')
     assert call(["check", str(path)]) == 0
-    assert "40 of 81 positions were tried, spread over the study" in capsys.readouterr().err
+    assert "40 of 81 positions were checked, spread over the study" in capsys.readouterr().err
     assert (placements[0], placements[-1]) == (-4.0, 4.0)
     assert max(b - a for a, b in pairwise(placements)) < 0.31
 
@@ -344,7 +344,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ("words", "worked_by", "time"),
     [
         ("curve --radii 400", "fecontact.features.curves.running.curve", "1 curve: about 2 s"),
-        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 lines: about 4 s"),
+        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 rows: about 4 s"),
         (
             "geometry --shifts 1 --loaded-kn 60",
             "fecontact.features.curves.loaded.compute_loaded_conicities",
@@ -505,7 +505,7 @@ def test_a_log_that_leads_elsewhere_or_waits_for_a_reader_is_refused(tmp_path):
     link.symlink_to(elsewhere := tmp_path / "elsewhere")
     os.mkfifo(pipe)
     for path in (link, pipe):
-        with pytest.raises(OSError, match="a link or a pipe, and no file; remove it"), log_command(path):
+        with pytest.raises(OSError, match="a link or a pipe instead of a file; remove it"), log_command(path):
             pytest.fail("it began")
     assert not elsewhere.exists()
 
@@ -673,9 +673,9 @@ def test_files_that_held_something_else_are_named(tmp_path, capsys):
         assert call([*words, amplitude]) == 0
         said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("replaced")]
         listed = ", ".join(str(tmp_path / name) for name in names)
-        assert said == ([f"replaced, with another content before: {listed}"] if names else [])
+        assert said == ([f"replaced files that had different content: {listed}"] if names else [])
     # of a picture both forms, and nothing beside it
     for profile, names in (("60E1", ()), ("54E1", ("head.png", "head.svg"))):
         assert call(["profiles", profile, "--out", str(tmp_path / "head.png")]) == 0
         listed = ", ".join(str(tmp_path / name) for name in names)
-        assert capsys.readouterr().err == (f"replaced, with another content before: {listed}\n" if names else "")
+        assert capsys.readouterr().err == (f"replaced files that had different content: {listed}\n" if names else "")

@@ -123,10 +123,10 @@ def test_the_first_study_stands_on_both_rails():
         (Case(), "rolled until both wheels touch"),
         (Case(roll_rad=0.0), "roll fixed at 0 mrad"),
         (Case(roll_rad=4e-4), "roll fixed at 0.4 mrad"),
-        (Case(rail="circle:300"), "roll fixed at 0 mrad (lines given by their radii have no wheelset)"),
+        (Case(rail="circle:300"), "roll fixed at 0 mrad (profiles given by their radii have no wheelset)"),
         (Case(rail="A75"), "roll fixed at 0 mrad (a crane rail has no wheelset)"),
         (Case(roll="loaded"), "roll of the loaded wheelset"),
-        (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN a wheel"),
+        (Case(roll_load_N=80e3), "roll of the wheelset under 80 kN per wheel"),
         (
             Case(side="right", opposite=Opposite(wheel_load_N=60e3)),
             "roll of the loaded wheelset, 60 kN on its left wheel",
@@ -153,7 +153,7 @@ def test_what_is_said_of_the_rolls_of_a_table():
         [{name: str(value) for name, value in row.items()} for row in free]
     ) == roll_words_of_rows(free)
     assert roll_words_of_rows(fixed[:2]) == "roll fixed at 0 mrad"
-    assert roll_words_of_rows(fixed) == "roll fixed case by case"
+    assert roll_words_of_rows(fixed) == "roll fixed for each case"
     assert roll_words_of_rows([*free, *fixed]) == "rolled until both wheels touch, or fixed"
     loaded = Case(roll_load_N=80e3, opposite=Opposite(wheel_load_N=60e3))
     under = [input_columns(case, place_case(case)) for case in (loaded, Case(roll="loaded"))]

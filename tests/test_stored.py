@@ -82,7 +82,7 @@ def test_an_annotation_that_cannot_be_read_back_is_an_error():
 
     Arrays did so on Python 3.12 with NumPy 2.5.
     """
-    with pytest.raises(TypeError, match="a stored list cannot be read back as list"):
+    with pytest.raises(TypeError, match="a stored list cannot be converted to list"):
         stored._restore_value(list[float], [0.0], {})
 
 

@@ -165,7 +165,7 @@ def test_validate_runs_studies_and_fails_with_a_check(tmp_path, capsys, monkeypa
     assert call(["validate", str(tmp_path / "refused.py"), str(tmp_path / "good.py"), *options]) == 3
     table = (tmp_path / "out" / "VALIDATION.md").read_text("utf-8")
     assert "1 checks, 0 failed" in table
-    assert "No usable result: refused: its checks: " in table
+    assert "No usable result: refused: error in its checks: " in table
 
 
 def test_validate_needs_a_study_with_checks(tmp_path, capsys):

@@ -23,7 +23,7 @@ from fecontact.outputs.terminal import count_text, print_answer
 
 @add_case_options(*POSITION_GROUPS, "irregular")
 def hertz(*, options: CaseOptions, json: bool = False) -> int:
-    """Hertz's ellipse at the touch points, analytic only (no mesh, no gmsh).
+    """Compute Hertz's ellipse at the contact points; analytic (no mesh, no gmsh).
 
     Parameters
     ----------
@@ -41,12 +41,12 @@ def hertz(*, options: CaseOptions, json: bool = False) -> int:
 
 @add_case_options(*POSITION_GROUPS, "irregular", "yield", "mesh", "solution")
 def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) -> int:
-    """See a case before it is solved: touch points, curvatures, expected patch and mesh, time and memory. Without gmsh.
+    """Preview a case: contact points, curvatures, expected patch and mesh, time and memory (no gmsh).
 
     Parameters
     ----------
     out
-        File of a picture (.png or .svg; both are written) of the pair in position and the curvatures about its contact.
+        File for a picture of the placed pair and the curvatures near its contact (.png or .svg; both are written).
     json
         Print the result as JSON and nothing else.
     """
@@ -75,20 +75,20 @@ def geometry(
     json: bool = False,
     out: Path | None = None,
 ) -> int:
-    """Touch points of a rigid wheelset over its lateral shift, rolling radii and equivalent conicity (no mesh).
+    """List contact points, rolling radii and equivalent conicity of a rigid wheelset by lateral shift (no mesh).
 
     Parameters
     ----------
     shifts
         Lateral shifts in mm, positive towards the left rail: numbers and ranges FROM:TO:STEP, separated by commas.
     loaded_kn
-        Vertical load of a wheel in kN: the conicity of the loaded wheelset too, by the centres of pressure of
-        overlapping strips and of the half-space.
+        Vertical wheel load in kN; with it, the conicity of the loaded wheelset is added, computed from the centres of
+        pressure of overlapping strips and of the half-space.
     json
         Print the table as JSON and nothing else.
     out
-        File of the picture (.png or .svg; both are written), or of the table (.csv): a line a shift, with the touch
-        points of both wheels.
+        File for the picture (.png or .svg; both are written) or for the table (.csv), which has a row per shift with
+        the contact points of both wheels.
     """
     from fecontact.outputs.geometry import contact_functions_lines, contact_functions_record, contact_functions_rows
     from fecontact.outputs.tables import write_csv
@@ -121,7 +121,7 @@ _SECONDS_PER_LINE = 0.9
 
 
 def theories(*, json: bool = False) -> int:
-    """List the theories of the pressure and the laws of creep forces: cost, source, range, what differs from it.
+    """List theories of the pressure and laws of creep forces: cost, source, range, differences from the source.
 
     Parameters
     ----------
@@ -137,12 +137,12 @@ def theories(*, json: bool = False) -> int:
 
 @add_case_options(*POSITION_GROUPS, "irregular")
 def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
-    """One theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).
+    """Evaluate a theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).
 
     Parameters
     ----------
     name
-        As `fecontact theories` lists them: hertz, multi_hertz, kik_piotrowski, analyn, strip, half_space, ...
+        Name, from `fecontact theories`: hertz, multi_hertz, kik_piotrowski, analyn, strip, half_space, ...
     json
         Print the result as JSON and nothing else.
     """
@@ -165,7 +165,7 @@ def table(
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: bool = False,
 ) -> int:
-    """Contact table for a vehicle code, over shift and load: touch points, ellipses, strips, stiffness (no mesh).
+    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift and load (no mesh).
 
     The wheelset rolls until both wheels touch, unless a roll is given.
 
@@ -174,7 +174,7 @@ def table(
     out
         File for the table as CSV, with units in the names of its columns.
     map_
-        Folder of a map of the same contact, whose verdicts are added at the same shifts and loads.
+        Folder of a map of the same contact; its verdicts are added to rows with equal shift and load.
     json
         Print the table as JSON and nothing else.
     """
@@ -186,8 +186,8 @@ def table(
     print_notes(describe_unusual_inputs([replace(case, load_N=load_N) for load_N in loads_N]))
     print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(loads_N)
-    announce(f"{count_text(lines, 'line')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
-    with show_job_progress("lines") as progress:
+    announce(f"{count_text(lines, 'row')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
+    with show_job_progress("rows") as progress:
         rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
     if out is not None:
         with reporting_replaced_files(out):
@@ -211,22 +211,22 @@ def profiles(
     examples: Path | None = None,
     json: bool = False,
 ) -> int:
-    """List the profile library, or show one profile and plot its line and curvature.
+    """List the profile library, or show a profile and plot it with its curvature.
 
     Parameters
     ----------
     name
         Library name or profile file.
     kind
-        What the file is; if not given, a rail where it can be one.
+        Kind of the profile; if not given, a rail if the file can be read as a rail.
     out
-        File for the picture (.png or .svg; both are written); none is made if not given.
+        File for a picture (.png or .svg; both are written).
     write
-        File of columns (.csv) to write the profile into.
+        CSV file into which the profile is written, in columns.
     library
-        Folder of profiles of your own.
+        Folder of your profiles.
     examples
-        Folder into which a worn rail and a worn wheel are written, as they are measured: rail.csv, wheel.csv.
+        Folder for two example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv.
     json
         Print the list, or the profile, as JSON and nothing else.
     """
@@ -274,7 +274,7 @@ def profiles(
         written=written_file,
     )
     if out is None and not json:
-        print("--out FILE.png draws its line and curvature")
+        print("--out FILE.png draws the profile and its curvature")
     return 0
 
 
@@ -286,16 +286,16 @@ def mesh(
     out: Path,
     element: Literal["C3D8", "C3D8I"] = "C3D8",
 ) -> int:
-    """Write the mesh of one body or both, refined about the contact of the given position.
+    """Write the mesh of a body or of both bodies, refined near the contact of a position.
 
     Parameters
     ----------
     body
-        Which body; of both a .inp is a deck with materials, supports, contact and load, ready to run.
+        Body; for both bodies, .inp is a deck that is ready to run, with materials, supports, contact and load.
     out
         File to write: .msh (gmsh 4.1), .inp (CalculiX, Abaqus) or .vtu.
     element
-        Type of the elements in .inp: C3D8 as `solve` has them, or C3D8I with incompatible modes.
+        Element type in .inp: C3D8, as in `solve`, or C3D8I with incompatible modes.
     """
     from fecontact.outputs.mesh_files import write_mesh
     from fecontact.solving.case_meshes import MeshedPair, mesh_case, mesh_pair
@@ -308,6 +308,6 @@ def mesh(
     for body_mesh in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
         print(
             f"{out}: {body_mesh.name}, {len(body_mesh.points)} nodes, {len(body_mesh.hexes)} hexahedra, surfaces"
-            f" {', '.join(body_mesh.surfaces)}" + ("; half of it, x >= 0" if body_mesh.half else "")
+            f" {', '.join(body_mesh.surfaces)}" + ("; half of the body, x >= 0" if body_mesh.half else "")
         )
     return 0

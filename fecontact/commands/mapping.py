@@ -38,24 +38,26 @@ def map_(
     json: bool = False,
     how: RunOptions = DEFAULT_RUN_OPTIONS,
 ) -> int:
-    """Map where Hertz holds over lateral shift and load, with the load up to which it holds at each shift.
+    """Map where Hertz holds over lateral shift and load, and find the load limit at each shift.
 
-    The wheelset rolls until both wheels touch, unless a roll is given: one map is both wheels, left at +y, right at -y.
+    The wheelset rolls until both wheels touch, unless a roll is given. For a symmetric wheelset, the cell at shift -y
+    is the right wheel at shift y.
 
     Parameters
     ----------
     out
-        Folder for map.csv, contacts.csv (the theory to use, with its patches), stiffness.csv, map.json, map.png and
-        map_theory.png (the cheapest theory of the pressure that holds; with friction also map_force.png, where Hertz
-        holds for creep forces), written while it is made, and for each shift a folder in positions/ from which a later
-        map with the same inputs and loads takes it. A folder of another map is refused; more shifts may be added.
+        Folder for map.csv, contacts.csv (cheapest theory that holds, with its patches), stiffness.csv, map.json,
+        map.png, map_theory.png (cheapest theory of the pressure that holds) and, with friction, map_force.png (where
+        Hertz holds for creep forces). Finished shifts are kept in positions/: the same command resumes, and you can add
+        shifts. A folder of a different map is refused.
     measure
-        What the printed map is about: where the pressure holds; with --friction Hertz's creep force; or the cheapest
-        theory that holds, with friction also the cheapest law of creep forces (map_law.csv, map_law.png).
+        Content of the printed map: pressure (where Hertz's pressure holds), with --friction force (where Hertz's creep
+        force holds), or theory (the cheapest theory that holds, with friction also the cheapest law of creep forces:
+        map_law.csv, map_law.png).
     theory
-        Theory of the pressure whose map is printed, and drawn as map_NAME.png; `fecontact theories` lists them.
+        Theory of the pressure for the printed map, also drawn as map_NAME.png; `fecontact theories` lists all names.
     json
-        Print what map.json has, and nothing else.
+        Print the content of map.json and nothing else.
     """
     from fecontact.files import format_json
     from fecontact.maps.load_limits import LOADS_FOR_LIMITS, MOST_FURTHER_LOADS
@@ -101,20 +103,20 @@ def map_(
         pictures = sorted(path.name for path in out.glob("map*.png"))
         report_files(out, ("report.html", "map.csv", "contacts.csv", "stiffness.csv", "map.json", *pictures), "", how)
         if how.part is None and not (out / "stiffness.csv").is_file():
-            print_result("No stiffness.csv: a fit over the load needs three loads or more at a shift", quiet=how.quiet)
+            print_result("No stiffness.csv: a fit over the load needs at least three loads at a shift", quiet=how.quiet)
     return 0 if outcome.made.all_solved else 3
 
 
 def demo(*, out: Path = Path("out/demo"), force: bool = False) -> int:
-    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact; less than a minute.
+    """Map where Hertz holds for S1002 on 60E1, and solve a sphere, for which Hertz is exact (less than a minute).
 
     Parameters
     ----------
     out
-        Folder for the results: those of a map, and in cases/ the files of two cases. A folder of another map is
-        refused; the same command resumes an interrupted demo.
+        Folder for the results: the files of a map, and in cases/ the files of two cases. The same command resumes an
+        interrupted demo. A folder of a different map is refused.
     force
-        Solve what is finished again, and write into a folder that holds other results.
+        Solve finished positions and cases again, and write into a folder with different results.
     """
     from fecontact.maps.report import DEFAULT_TEXT_WIDTH
     from fecontact.maps.views import format_map

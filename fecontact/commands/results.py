@@ -32,21 +32,22 @@ def judge(
     out: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Judge stored results again by other criteria, or with friction and creepages, without gmsh and finite elements.
+    """Judge stored results by different criteria, or with friction and creepages (no gmsh, no finite elements).
 
     Parameters
     ----------
     folder
-        Of a study, a map, or a case that fecontact wrote; it stays as it is.
+        Folder of a study, a map or a case; it is not changed.
     measure
-        Of a map, what is printed: where the pressure holds; with friction Hertz's creep force; or the cheapest theory
-        that holds, with friction also the cheapest law of creep forces.
+        For a map, content of the printed map: pressure (where Hertz's pressure holds), with --friction force (where
+        Hertz's creep force holds), or theory (the cheapest theory that holds, with friction also the cheapest law of
+        creep forces).
     theory
-        Of a map, the theory of the pressure that is printed, and drawn as map_NAME.png.
+        For a map, theory of the pressure for the printed map, also drawn as map_NAME.png.
     out
-        Folder for report.html, tables and pictures of the new verdicts (study.csv and study.json, or map.csv,
-        contacts.csv, map.json, map.png and map_theory.png, with friction map_force.png, of laws of forces map_law.csv
-        and map_law.png).
+        Folder for report.html, tables and pictures of the new verdicts: study.csv and study.json, or map.csv,
+        contacts.csv, map.json, map.png and map_theory.png; with friction also map_force.png, and with --measure theory
+        map_law.csv and map_law.png.
     json
         Print the new verdicts as JSON and nothing else.
     """
@@ -81,12 +82,12 @@ def judge(
 
 
 def view(folder: Path) -> int:
-    """Write view.py into a folder of results, which shows the contact in ParaView.
+    """Write view.py, which shows the contact in ParaView, into a folder of results.
 
     Parameters
     ----------
     folder
-        Folder that run or solve --out wrote.
+        Folder of results of `run` or `solve --out`.
     """
     import shlex
 
@@ -108,20 +109,20 @@ def compare(
 ) -> int:
     """Compare two sets of results, case by case; exit code 1 if they differ by more than the tolerances.
 
-    Of two maps or studies it says which verdicts of Hertz are others, where, and how often.
+    For two maps or two studies, it lists the verdicts of Hertz that differ, with their places and their number.
 
     Parameters
     ----------
     baseline
-        Folder that run, map or solve --out wrote, study.json, study.csv, map.csv, row.json, or a CSV of
+        Folder of results of `run`, `map` or `solve --out`, a study.json, study.csv, map.csv or row.json, or a CSV of
         studies/baselines.
     new
-        Likewise.
+        New results, in any of the forms of BASELINE.
     match
-        Columns by which cases are matched where their ids differ, such as shift,load; in full, or shift, load, roll and
-        yaw.
+        Columns by which cases are matched if their ids differ, such as shift,load: shift, load, roll, yaw, or the full
+        name of any column.
     tolerance
-        TOML file with [kinds.NAME] and [columns.NAME] tables of relative and absolute tolerances.
+        TOML file of relative and absolute tolerances, in tables [kinds.NAME] and [columns.NAME].
     out
         Folder for comparison.json, comparison.html, and comparison.png with both verdicts over shift and load.
     json
@@ -150,25 +151,25 @@ def baseline_update(
     baselines: Path | None = None,
     allow_failed: bool = False,
 ) -> int:
-    """Make the results of a study its baseline, and say what changes.
+    """Make the results of a study its baseline, and print the changes.
 
     Parameters
     ----------
     study_result
-        Folder that `run` wrote.
+        Folder of results of `run`.
     reason
-        Why the new results are right; kept beside the baseline.
+        Reason why the new results are right; stored with the baseline.
     baselines
-        Folder of the baselines; in a clone, if not given, studies/baselines.
+        Folder of the baselines; in a clone, the default is studies/baselines.
     allow_failed
-        Take cases that failed or did not converge as well.
+        Accept cases that failed or did not converge.
     """
     from fecontact.outputs.comparison.terminal import comparison_lines
     from fecontact.regression.baselines import update_baseline
 
     folder = baselines or Path("studies/baselines")
     if baselines is None and not folder.is_dir():
-        raise InputError(f"there is no {folder} here; give the folder of your own baselines: --baselines FOLDER")
+        raise InputError(f"{folder} does not exist here; give the folder of your baselines: --baselines FOLDER")
     update = update_baseline(study_result, folder, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
         print_parts(comparison_lines(update.comparison))

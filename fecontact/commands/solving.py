@@ -38,18 +38,18 @@ def solve(
     force: bool = False,
     long: bool = False,
 ) -> int:
-    """Solve one position with finite elements and compare it with Hertz.
+    """Solve a case with finite elements and compare it with Hertz.
 
     Parameters
     ----------
     long
-        Print everything that is known of the case, not the answer alone.
+        Print all results of the case instead of the answer alone.
     json
         Print the result as JSON and nothing else.
     out
-        Folder for the case's report.html, JSON, ParaView files and figure.
+        Folder for report.html, JSON, ParaView files and the figure of the case.
     force
-        Write into a folder that holds other results.
+        Write into a folder with different results.
     """
     from fecontact.files import format_json
     from fecontact.outputs.case_parts import case_parts
@@ -90,9 +90,7 @@ def solve(
         title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
         print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
-            print_result(
-                "--long prints all that is known" + ("" if out is None else f", {out / 'report.html'} shows it")
-            )
+            print_result("--long prints all results" + ("" if out is None else f"; {out / 'report.html'} shows them"))
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3
@@ -101,18 +99,18 @@ def solve(
 def run(
     study: Path, *, out: Path, quick: bool = False, json: bool = False, how: RunOptions = DEFAULT_RUN_OPTIONS
 ) -> int:
-    """Run a study and write its tables, figures and ParaView files; finished cases are reused.
+    """Solve a study and write its tables, figures and ParaView files; finished cases are reused.
 
     Parameters
     ----------
     study
-        A script of studies/ or a TOML file of cases.
+        Script with `cases(quick=False)`, or TOML file of cases.
     out
         Folder for the results.
     quick
-        The small version of the study.
+        Solve the small version of the study.
     json
-        Print the rows as JSON and nothing else.
+        Print the rows of the table as JSON and nothing else.
     """
     from fecontact.files import format_json
     from fecontact.outputs.study_report import parts_of_rows
@@ -198,8 +196,8 @@ def tell_cost(
         # no case can be solved; the results report this
         return
     seconds = sum((FORCES_S + LAWS_S * laws) / workers for case in cases if case.creep.asked)
-    forces = f"; creep forces about {format_duration(seconds)} more" * bool(seconds)
-    reuse_note = f"; finished {finished.name} are taken as they are" * finished.is_dir()
+    forces = f"; creep forces take about {format_duration(seconds)} more" * bool(seconds)
+    reuse_note = f"; finished {finished.name} are reused" * finished.is_dir()
     expected, *memory_notes = cost.words
     announce(f"{count_text(len(cases), noun)}: {expected}{forces}{reuse_note}", *memory_notes, quiet=how.quiet)
 
@@ -211,21 +209,21 @@ def validate(
     quick: bool = False,
     workers: int | None = None,
 ) -> int:
-    """Run studies and check their numbers against references; exit code 1 if a check fails.
+    """Solve studies and check their numbers against references; exit code 1 if a check fails.
 
     Parameters
     ----------
     studies
-        Scripts with a function checks(rows); all of studies/ that have one, if none is given.
+        Scripts with a function `checks(rows)`; if not given, all such scripts in studies/.
     out
-        Folder for the results, one folder a study; finished cases are reused.
+        Folder for the results, with a folder per study; finished cases are reused.
     report
-        Markdown file with a line for each study; VALIDATION.md in `out`, if not given. Lines of other studies that it
-        has are kept. The pages that it links to are in the folder validation beside it.
+        Markdown file with a line per study; by default VALIDATION.md in the folder of the results. Lines of other
+        studies in this file are kept. Its links lead to pages in the folder validation next to it.
     quick
-        The small version of each study.
+        Solve the small version of each study.
     workers
-        Cases at a time, as for `run`.
+        Number of cases at a time, as for `run`.
     """
     from fecontact.runs.validation import load_checked_studies
     from fecontact.runs.validation import validate as run_and_check

@@ -10,12 +10,12 @@ from fecontact.outputs.terminal import count_text
 
 
 def guide(topic: str = "", /) -> int:
-    """Show the guide: its topics, or the page of one.
+    """List the topics of the guide, or show the page of a topic.
 
     Parameters
     ----------
     topic
-        Which page; without it the topics are listed.
+        Topic of the page; without a topic, all topics are listed.
     """
     from fecontact.guide.pages import read_page, read_titles, remove_links
     from fecontact.outputs.terminal import print_page, print_titles
@@ -28,16 +28,16 @@ def guide(topic: str = "", /) -> int:
 
 
 def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
-    """Check a study file without solving it: inputs, profiles and positions, how many cases, what time and memory.
+    """Check a study file without solving it: inputs, profiles, positions, number of cases, time and memory.
 
     Parameters
     ----------
     file
         A script with `cases(quick=False)`, or a TOML file of cases.
     quick
-        The small version of the study.
+        Check the small version of the study.
     json
-        Print what was found as JSON and nothing else.
+        Print the result as JSON and nothing else.
     """
     from dataclasses import asdict
 
@@ -48,28 +48,28 @@ def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     if json:
         print(format_json(asdict(study_check)))
         return 2 if study_check.problems else 0
-    print(f"{file}: {count_text(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'nothing varied'}")
+    print(f"{file}: {count_text(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'no input varies'}")
     for line in () if study_check.cost is None else study_check.cost.words:
         print(line)
     print_notes(study_check.notes)
     for problem in study_check.problems:
         print(f"error: {problem}", file=sys.stderr)
     if 0 < study_check.placed < study_check.positions:
-        which = "up to the first that is none" if study_check.problems else "spread over the study"
+        which = "up to the first invalid position" if study_check.problems else "spread over the study"
         print(
-            f"{study_check.placed} of {count_text(study_check.positions, 'position')} were tried, {which}",
+            f"{study_check.placed} of {count_text(study_check.positions, 'position')} were checked, {which}",
             file=sys.stderr,
         )
     return 2 if study_check.problems else 0
 
 
 def init(folder: Path) -> int:
-    """Put a study file with comments and a script into a folder, to begin with.
+    """Write a study file with comments and an example script into a folder.
 
     Parameters
     ----------
     folder
-        Where they go; files that are there already stay.
+        Folder for both files; refused if one of them exists.
     """
     from fecontact.runs.study_templates import write_templates
 
@@ -83,7 +83,7 @@ def init(folder: Path) -> int:
 
 
 def doctor() -> int:
-    """Say what this machine has for fecontact: packages, system libraries, solvers, memory, and what to do."""
+    """Check this machine for fecontact: packages, system libraries, solvers, memory; print remedies."""
     from fecontact.doctor import print_diagnosis as examine_machine
 
     return examine_machine()

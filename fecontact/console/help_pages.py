@@ -72,7 +72,7 @@ class HelpPage:
         if self.topic or not self.topics:
             return ""
         command = " ".join(("fecontact", *self.tokens[:-1]))
-        return f"All {sum(self.topics.values())} inputs: {command} --help-all; some: --help {'|'.join(self.topics)}"
+        return f"All {sum(self.topics.values())} inputs: {command} --help-all; by topic: --help {'|'.join(self.topics)}"
 
 
 def find_help_page(app: App, words: Sequence[str]) -> HelpPage | None:
@@ -106,7 +106,7 @@ def find_help_page(app: App, words: Sequence[str]) -> HelpPage | None:
         topic = _ALL
     elif topic not in ("", *topics):
         suggestion = suggest_name(topic, {name: name for name in topics})
-        raise InputError(f"help: there is no topic {topic!r}; topics of {command}: {', '.join(topics)}{suggestion}")
+        raise InputError(f"help: unknown topic {topic!r} of {command}; allowed: {', '.join(topics)}{suggestion}")
     shown_words = words if not topics else words[: (place or 0) + 1]
     return HelpPage(
         tokens=(*(word for word in shown_words if word not in _FLAGS), "--help"), topic=topic, topics=topics

@@ -42,7 +42,7 @@ def log_command(path: Path) -> Iterator[None]:
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     if path.is_symlink() or path.is_fifo():
-        raise OSError(errno.EINVAL, "a link or a pipe, and no file; remove it", str(path))
+        raise OSError(errno.EINVAL, "a link or a pipe instead of a file; remove it", str(path))
     handler = _LogFile(path, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
     LOG.addHandler(handler)

@@ -49,7 +49,15 @@ def announce(*lines: str, quiet: bool = False) -> None:
 
 
 def write_to_log(text: str, *, warning: bool = False) -> None:
-    """Write a text to the log that is visible elsewhere, as in a table."""
+    """Write a text to the log that is visible elsewhere, as in a table.
+
+    Parameters
+    ----------
+    text
+        The text, one or several lines.
+    warning
+        Whether the entry is a warning.
+    """
     LOG.log(logging.WARNING if warning else logging.INFO, text)
 
 
@@ -76,7 +84,13 @@ def _print_problem(text: str) -> None:
 
 
 def print_notes(notes: Iterable[str]) -> None:
-    """Print notes on inputs before the computation starts."""
+    """Print notes on inputs before the computation starts.
+
+    Parameters
+    ----------
+    notes
+        Notes, each a sentence.
+    """
     for note in notes:
         _print_problem(f"note: {note}")
 
@@ -87,7 +101,7 @@ def _print_radii(cases: Sequence[Case]) -> None:
 
     for wheel, radius_mm in dict.fromkeys((case.wheel, case.rolling_radius_mm) for case in cases):
         if radius_of_file_mm(wheel) is not None:
-            header_note = f"the rolling radius is {radius_mm:g} mm by the header of {Path(wheel).name}"
+            header_note = f"rolling radius {radius_mm:g} mm, from the header of {Path(wheel).name}"
             print_notes([radius_note(wheel, radius_mm) or header_note])
 
 
@@ -127,7 +141,7 @@ def reporting_replaced_files(out: Path | None) -> Iterator[None]:
     contents = {path: _content_checksum(path) for path in sorted(paths)}
     yield
     if replaced := [str(path) for path, content in contents.items() if _content_checksum(path) != content]:
-        announce(f"replaced, with another content before: {', '.join(replaced)}")
+        announce(f"replaced files that had different content: {', '.join(replaced)}")
 
 
 def _content_checksum(path: Path) -> str:

@@ -36,12 +36,12 @@ _BRIEF = {
     ("", "wheel"): "Wheel: library name, file, or cylinder:R in mm",
     ("", "lateral_shift_mm"): "Shift of the wheelset in mm, > 0 to the left",
     ("", "load_N"): "Wheel load in kN",
-    ("", "inclination_rad"): "Of the rail: 1:40, or none if canted already",
-    ("", "roll"): "touching, given (--roll-mrad) or loaded",
-    ("", "resolution"): "quick, standard, fine, or sizes in mm: 0.5,0.4",
+    ("", "inclination_rad"): "Rail inclination: 1:40, or none if canted already",
+    ("", "roll"): "Roll: touching, given (--roll-mrad) or loaded",
+    ("", "resolution"): "Mesh: quick, standard, fine, or sizes in mm: 0.5,0.4",
     ("creep", "friction"): "Coefficient of friction, for creep forces",
-    ("criteria", "p_max"): "Largest error of Hertz's peak pressure in %",
-    ("criteria", "judged_by"): "What decides: strength, patch, all, or measures",
+    ("criteria", "p_max"): "Limit of the deviation in peak pressure in %",
+    ("criteria", "judged_by"): "Judged by: strength, patch, all, or measures",
 }
 
 
@@ -65,7 +65,17 @@ class CaseOptions(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class CaseOption:
-    """Option of the command line: its names, its inputs and its help."""
+    """Option of the command line: its names, its inputs and its help.
+
+    Attributes
+    ----------
+    names
+        Names on the command line; the first gives the attribute.
+    slots
+        Inputs that take the value of the option: those of both bodies, or a single input.
+    help
+        Text for `--help`.
+    """
 
     names: tuple[str, ...]
     slots: tuple[InputPlace, ...]
@@ -117,7 +127,7 @@ class CaseOption:
             if name.strip() not in slots_by_stem or not sign:
                 suggestion = suggest_name(name.strip(), {stem: stem for stem in slots_by_stem})
                 raise InputError(
-                    f"{self.names[0]}: {assignment!r} is none of {', '.join(f'{stem}=...' for stem in slots_by_stem)}"
+                    f"{self.names[0]}: {assignment!r}; allowed: {', '.join(f'{stem}=...' for stem in slots_by_stem)}"
                     f"{suggestion}"
                 )
             slot = slots_by_stem[name.strip()]
@@ -172,8 +182,8 @@ def _refuse_unused_reading(case: Case, values: Iterable[InputPlace]) -> None:
         specs = [spec for body, spec in case.profiles.items() if body.endswith(slot.body)]
         if all(is_library_name(spec) or is_short_form(spec) for spec in specs):
             raise InputError(
-                f"{slot.names[0]}: it says how a file is read, but the {slot.body} is {' and '.join(specs)}, which is"
-                f" none; leave it out, or give the file by --{slot.body}"
+                f"{slot.names[0]} is only for a profile file, but the {slot.body} is {' and '.join(specs)};"
+                f" omit this option, or give a file with --{slot.body}"
             )
 
 
@@ -181,6 +191,16 @@ def select_options(*groups: Group) -> tuple[CaseOption, ...]:
     """Options of all inputs of the given groups.
 
     Options for both bodies come first, and options for a single body override them.
+
+    Parameters
+    ----------
+    *groups
+        Groups of inputs.
+
+    Returns
+    -------
+    tuple of CaseOption
+        The options, in the order in which they are applied.
     """
     return tuple(option for option in _all_options() if option.slots[0].group in groups)
 
@@ -216,7 +236,7 @@ def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
     description, default = slot.input, f"default {slot.shown_default}"
     if slot.option:
         names = ",".join(f"{member.stems[0]}=..." for member in slots)
-        return f"Other side of the wheelset, if it is another one: {names}, of which some; {default}."
+        return f"Opposite side of the wheelset, if it differs: {names}, of which some; {default}."
     if is_for_both:
         return f"{description.help} (both bodies): {description.domain}; {default}."
     alternative = ", or the value of both bodies" if slot.both else ""
@@ -252,6 +272,7 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
     """Class with the values of options; each value is None by default."""
 
     def case(option_values: Any) -> Case:
+        """Case with the inputs of all options that are given."""
         values: dict[InputPlace, Any] = {}
         for option in options:
             if (value := getattr(option_values, option.attribute)) is not None:
@@ -288,7 +309,7 @@ class GridOptions:
     shifts
         Lateral shifts in mm: numbers and ranges FROM:TO:STEP, separated by commas, such as -6:6:0.5.
     loads_kn
-        Wheel loads in kN, likewise.
+        Wheel loads in kN, in the same form.
     """
 
     shifts: Annotated[str, Parameter(allow_leading_hyphen=True)]

@@ -23,15 +23,15 @@ _BETWEEN_LINES_S = 5.0
 _PART_PATTERN = r"\([1-9]\d* of \d+ [^)]*\)"
 # Words for the steps of a solution, by their names in the record of times.
 _STEP_WORDS = {
-    "place": "putting the wheel on the rail",
-    "expect the patch": "looking for the patch on a half-space",
+    "place": "placing the wheel on the rail",
+    "expect the patch": "estimating the patch on a half-space",
     "mesh": "meshing both bodies",
-    "assemble": "assembling the stiffness",
-    "factorise": "factorising the stiffness",
+    "assemble": "assembling the stiffness matrix",
+    "factorise": "factorising the stiffness matrix",
     "couple": "coupling both surfaces",
     "contact": "solving the contact",
-    "resolve": "reading the pressure on finer nodes",
-    "recover": "displacements and stresses",
+    "resolve": "solving the pressure on finer nodes",
+    "recover": "computing displacements and stresses",
     "ladder": "comparing with Hertz",
 }
 
@@ -138,6 +138,10 @@ def _open_progress_line(*, quiet: bool = False) -> Iterator[Callable[[str, str],
     printed_at, pending_line = -math.inf, ""
 
     def plain(text: str, key: str) -> None:
+        """Log a text with a new key, and print it after a pause.
+
+        A text that comes too early after the last line is kept for `release`.
+        """
         nonlocal last_key, printed_at, pending_line
         time_now = time.monotonic()
         if key and key != last_key:

@@ -26,10 +26,10 @@ def report_reused_jobs(reused: Collection[str], recomputed: Mapping[str, str], k
     how
         Options of the run.
     """
-    print_reasons("done again", recomputed)
+    print_reasons("solved again", recomputed)
     if reused:
         reused_jobs = f"{count_text(len(reused), f'finished {kind}')} {'was' if len(reused) == 1 else 'were'}"
-        print_result(f"{reused_jobs} reused; --force solves again", quiet=how.quiet)
+        print_result(f"{reused_jobs} reused; use --force to solve again", quiet=how.quiet)
 
 
 def report_unusable_rows(rows: Sequence[Mapping[str, Any]], kind: str, how_lost: str) -> int:
@@ -72,5 +72,5 @@ def report_files(out: Path, files: Sequence[str], addition: str, how: RunOptions
         present = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
         print_result(f"Results in {out}: {present}{addition}", quiet=how.quiet)
     else:
-        words = f"Part {how.part} is in {out}; when all parts are, the same command without --part puts them together"
+        words = f"Part {how.part} is in {out}; when all parts are there, run the command without --part to join them"
         print_result(words, quiet=how.quiet)

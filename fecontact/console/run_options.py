@@ -21,17 +21,17 @@ class RunOptions:
     Attributes
     ----------
     workers
-        Cases, or shifts of a map, at a time; as many as there are cores and 2 GB of memory for each, if not given.
+        Cases, or shifts of a map, at the same time; by default one per core, with at least 2 GB of memory for each.
     threads
-        Threads that each of them computes on.
+        Threads per worker.
     force
-        Solve what is finished again instead of using it, and write into a folder that holds other results.
+        Solve finished cases again, and write into a folder that has different results.
     part
-        Solve only part i of N, given as i/N; the same command without it then puts all parts together.
+        Solve only part i of N, given as i/N; when all parts are finished, the command without this option joins them.
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
     quiet
-        Say only what went wrong; run.log in the folder of the results has all of it in any case.
+        Print errors only; run.log in the folder of the results always has all messages.
     """
 
     workers: int | None = None

@@ -78,7 +78,7 @@ class UnitResponse:
         Contact modulus of the material of both bodies.
     node
         Row and column of the pressed node.
-    opening_mm (nx, ns)
+    opening_mm : ndarray of shape (nx, ns)
         Opening between the surfaces at each node.
 
     Examples
@@ -192,7 +192,7 @@ class UnitResponse:
 
         Parameters
         ----------
-        angle_rad (ns,)
+        angle_rad : ndarray of shape (ns,)
             Angle of the normal at each column of nodes. Pressures act and openings are measured along the normals.
             Along a normal at a different angle, the response of a half-space is multiplied by the cosine between both
             normals (`contact.halfspace.project_on_normals`): 0.94 on a flange root.
@@ -349,7 +349,13 @@ class Bands:
         return [ContactGrid(x_mm=grid.x_mm, s_mm=grid.s_mm[columns], half=grid.half) for columns in self.columns]
 
     def half_space(self) -> Compliance:
-        """Compliance of a pair of half-spaces on all nodes."""
+        """Compliance of a pair of half-spaces on all nodes.
+
+        Returns
+        -------
+        function
+            Opening (n,) in mm under pressures (n,) in MPa.
+        """
         return self.combine([build_half_space_compliance(grid, self.contact_modulus_MPa) for grid in self.band_grids])
 
     def responses(self, compliance: Compliance, *, beside: float = 0.0) -> list[UnitResponse]:
@@ -439,6 +445,7 @@ class Bands:
         spectrum = rfft(periodic_kernel, axis=0).real
 
         def apply(pressure: Floats) -> Floats:
+            """Opening (n,) in mm by pressures (n,) in MPa on the other bands."""
             force = pressure.reshape(nodes_x, nodes_s) * (step_x * cell_width)
             if self.grid.half:
                 force = np.concatenate([force[:0:-1], force])

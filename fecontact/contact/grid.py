@@ -31,13 +31,13 @@ class ContactGrid:
 
     Attributes
     ----------
-    x_mm (nx,)
+    x_mm : ndarray of shape (nx,)
         Positions along the rail, from the first contact point.
-    s_mm (ns,)
+    s_mm : ndarray of shape (ns,)
         Arc lengths across the rail, from the first contact point.
     half
         Whether the grid is a half model.
-    widths_mm (ns,)
+    widths_mm : ndarray of shape (ns,) or None
         Width of the cell of each node across the rail; None for equal steps.
 
     Examples
@@ -95,12 +95,23 @@ class ContactGrid:
         """Area (n,) of each node in the model, the integral of its shape function.
 
         It is not doubled by symmetry. With `widths_mm`, it is the area of the cell of the node.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Areas in mm^2, in the order of the nodes.
         """
         widths = _cell_lengths(self.s_mm) if self.widths_mm is None else self.widths_mm
         return np.outer(_cell_lengths(self.x_mm), widths).ravel()
 
     def whole_area_mm2(self) -> Floats:
-        """Area (n,) of each node in the whole contact: doubled in a half model."""
+        """Area (n,) of each node in the whole contact: doubled in a half model.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Areas in mm^2, in the order of the nodes.
+        """
         return self.nodal_area_mm2() * (2.0 if self.half else 1.0)
 
     def weighted_mean(self, values_at: Callable[[Floats, Floats], Floats]) -> Floats:
@@ -143,7 +154,7 @@ def build_banded_grid(x_mm: Floats, band_positions_mm: Sequence[Floats], *, half
 
     Parameters
     ----------
-    x_mm (nx,)
+    x_mm : ndarray of shape (nx,)
         Positions of the nodes along x.
     band_positions_mm
         Positions across of the nodes of each band, in ascending order of the bands.
@@ -183,9 +194,9 @@ def evaluate_hat_functions(nodes: Floats, positions: Floats) -> Floats:
 
     Parameters
     ----------
-    nodes (n,)
+    nodes : ndarray of shape (n,)
         Positions of the nodes, increasing.
-    positions (m,)
+    positions : ndarray of shape (m,)
         Positions at which the shape functions are evaluated.
 
     Returns
@@ -203,9 +214,9 @@ def integrate_hat_functions(nodes: Floats, ends: Floats) -> Floats:
 
     Parameters
     ----------
-    nodes (n,)
+    nodes : ndarray of shape (n,)
         Positions of the nodes, increasing, in mm.
-    ends (m,)
+    ends : ndarray of shape (m,)
         Ends of the intervals, increasing, in mm.
 
     Returns
@@ -229,6 +240,13 @@ def _cell_lengths(x: Floats) -> Floats:
 class Field:
     """Values (nx, ns, ...) on the nodes of a grid.
 
+    Attributes
+    ----------
+    grid
+        Grid with the nodes.
+    values : ndarray of shape (nx, ns, ...)
+        Values on the nodes, in any unit.
+
     Examples
     --------
     >>> import numpy as np
@@ -243,7 +261,20 @@ class Field:
 
     @classmethod
     def of_nodes(cls, grid: ContactGrid, values: NDArray[Any]) -> Field:
-        """Field from values (n, ...) in the order of the nodes."""
+        """Field from values (n, ...) in the order of the nodes.
+
+        Parameters
+        ----------
+        grid
+            Grid with n nodes.
+        values : ndarray of shape (n, ...)
+            Values on the nodes.
+
+        Returns
+        -------
+        Field
+            The values in the shape of the grid.
+        """
         return cls(grid=grid, values=values.reshape(*grid.shape, *values.shape[1:]))
 
     def whole(self) -> Field:
@@ -394,7 +425,7 @@ class Rung:
     ----------
     grid
         Grid of the pressure nodes.
-    pressure_MPa, gap_mm (nx, ns)
+    pressure_MPa, gap_mm : ndarray of shape (nx, ns)
         Pressure and deformed gap on the grid; in a half model for x >= 0 only.
     approach_mm
         Approach of the bodies along the contact normal at first touch.
@@ -430,7 +461,7 @@ class Rung:
             Pressure and gap (n,) at the nodes of the grid.
         approach_mm
             Approach of the bodies along the contact normal at first touch.
-        upright (n,)
+        upright : ndarray of shape (n,) or None
             Cosine between the normal of each node and the contact normal; 1 everywhere by default.
 
         Returns

@@ -38,13 +38,13 @@ def build_half_space_problem(
     ----------
     grid
         Grid of the pressure nodes.
-    gap_mm (n,)
+    gap_mm : ndarray of shape (n,)
         Undeformed gap at the nodes.
     contact_modulus_MPa
         E* of the pair.
-    closing (n,)
+    closing : ndarray of shape (n,) or None
         Closing of the gap per approach of the bodies; 1 everywhere by default.
-    angle_rad (ns,)
+    angle_rad : ndarray of shape (ns,) or None
         Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
@@ -79,7 +79,7 @@ def build_half_space_compliance(
         Uniform grid, or grid of several bands.
     contact_modulus_MPa
         E* of the pair.
-    angle_rad (ns,)
+    angle_rad : ndarray of shape (ns,) or None
         Angles of the normals along which pressures act, as in `project_on_normals`; parallel by default.
 
     Returns
@@ -144,6 +144,7 @@ def build_half_space_stiffness(grid: ContactGrid, contact_modulus_MPa: float) ->
     band_stiffnesses = [_wave_stiffness(band, contact_modulus_MPa) for band in grid.bands]
 
     def apply(opening: Floats) -> Floats:
+        """Approximate pressures (n,) in MPa from openings (n,) in mm."""
         band_openings = zip(np.split(opening.reshape(grid.shape), ends, axis=1), band_stiffnesses, strict=True)
         return np.hstack(
             [
@@ -289,7 +290,7 @@ def project_on_normals(parallel_compliance: Compliance, angle_rad: Floats) -> Co
     ----------
     parallel_compliance
         Compliance of half-spaces with parallel normals.
-    angle_rad (n,)
+    angle_rad : ndarray of shape (n,)
         Angle of the normal at each node.
 
     Returns
@@ -318,7 +319,7 @@ def build_convolution(
 
     Parameters
     ----------
-    kernel (rows, 2 nodes_s - 1)
+    kernel : ndarray of shape (rows, 2 nodes_s - 1)
         Response at x offsets 0 to rows - 1 and s offsets 1 - nodes_s to nodes_s - 1 steps from a node with unit
         pressure. It is equal at the opposite offset. The number of rows is nodes_x, or 2 nodes_x - 1 in a half model.
         The response of a half model is even in x.
@@ -410,6 +411,14 @@ def love_influence(x: Floats, y: Floats, step_x: float, step_y: float | Floats) 
     -------
     array
         Integral at each point in mm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.halfspace import love_influence
+    >>> centre = float(love_influence(np.array(0.0), np.array(0.0), 1.0, 1.0))
+    >>> bool(np.isclose(centre, 4.0 * np.arcsinh(1.0)))
+    True
     """
     x1, x2 = x + 0.5 * step_x, x - 0.5 * step_x
     y1, y2 = y + 0.5 * step_y, y - 0.5 * step_y
@@ -556,9 +565,9 @@ def _build_coarse_grid(x: Floats, y: Floats, is_near: NDArray[np.bool_]) -> Cont
 
     Parameters
     ----------
-    x (n,), y (m,)
+    x, y : ndarrays of shapes (n,), (m,)
         Positions along and across in mm.
-    is_near (n, m)
+    is_near : ndarray of shape (n, m)
         Whether the gap is small.
     """
     rows, columns = np.flatnonzero(is_near.any(axis=1)), np.flatnonzero(is_near.any(axis=0))

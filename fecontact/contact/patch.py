@@ -184,13 +184,20 @@ def measure_valley_depth(pressure: Floats) -> float:
 
     Parameters
     ----------
-    pressure (nx, ns)
+    pressure : ndarray of shape (nx, ns)
         Pressure in MPa.
 
     Returns
     -------
     float
         Depth of the valley as a fraction of the highest peak.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.patch import measure_valley_depth
+    >>> round(measure_valley_depth(np.array([[0.0, 4.0, 1.0, 2.0, 0.0]])), 6)
+    0.25
     """
     return _find_lobes(pressure)[3]
 
@@ -203,7 +210,7 @@ class LobeWindow:
     ----------
     columns
         Columns from valley to valley, both included.
-    parts (n,)
+    parts : ndarray of shape (n,)
         Fraction of each column that belongs to the lobe. In a valley, it is the fraction on the side of the lobe of the
         minimum.
     low, high
@@ -221,7 +228,7 @@ def find_lobe_windows(pressure: Floats) -> tuple[LobeWindow, ...]:
 
     Parameters
     ----------
-    pressure (nx, ns)
+    pressure : ndarray of shape (nx, ns)
         Pressure in MPa.
 
     Returns
@@ -285,7 +292,7 @@ def find_ridge_peaks(ridge: Floats, min_prominence: float) -> tuple[NDArray[np.i
 
     Parameters
     ----------
-    ridge (n,)
+    ridge : ndarray of shape (n,)
         Values >= 0 with zeros at both ends.
     min_prominence
         Least prominence of a peak, as a fraction of the highest peak.
@@ -337,7 +344,7 @@ def build_signed_square(pressure: Floats, *, without_edge: bool = False) -> Floa
 
     Parameters
     ----------
-    pressure (nx, ns)
+    pressure : ndarray of shape (nx, ns)
         Pressure in MPa.
     without_edge
         Whether the outermost nodes of the patch are replaced by the continuation from the nodes inside of them.

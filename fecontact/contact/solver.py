@@ -37,11 +37,11 @@ class ContactProblem:
     compliance
         Function from nodal pressures (n,) in MPa to the opening (n,) in mm between the surfaces under these pressures.
         It is symmetric and positive definite in the inner product weighted by `area_mm2`.
-    gap_mm (n,)
+    gap_mm : ndarray of shape (n,)
         Undeformed gap along the normals of the nodes.
-    closing (n,)
+    closing : ndarray of shape (n,)
         Closing of the gap per approach of the bodies: the cosine between the normal of the node and the approach.
-    area_mm2 (n,)
+    area_mm2 : ndarray of shape (n,)
         Contact area of each node. In a half model it is doubled, so that sums give the whole contact.
     stiffness
         Function from gaps (n,) to approximate pressures that close these gaps, up to a factor. It is the inverse of a
@@ -75,7 +75,7 @@ class ContactProblem:
 
         Parameters
         ----------
-        pressure (n,)
+        pressure : ndarray of shape (n,)
             Pressures in MPa.
 
         Returns
@@ -111,7 +111,7 @@ class ContactSolution:
     ----------
     status
         `converged` if both residuals are at most the tolerance.
-    pressure_MPa, gap_mm (n,)
+    pressure_MPa, gap_mm : ndarray of shape (n,)
         Pressure and deformed gap at the nodes.
     approach_mm
         Approach of the bodies.
@@ -169,7 +169,7 @@ def solve_contact(
         Force along the approach in N, > 0. None for a prescribed approach.
     approach_mm
         Prescribed approach in mm instead of a load; not 0.
-    start_MPa (n,)
+    start_MPa : ndarray of shape (n,) or None
         Initial pressure. Without it, the initial pressure at a prescribed approach is zero. Under a load, it is then
         positive at the nodes with the smallest gaps, and larger for smaller gaps.
     tolerance
@@ -188,6 +188,16 @@ def solve_contact(
     preconditioner (Vollebregt 2014). Every iteration satisfies the load, or the approach, exactly. Nodes with pressure
     or with an overlap take part in an iteration. Pressures that become negative in an iteration are set to zero. After
     a change of the contact, the factor of Polak and Ribiere restarts the conjugate gradients without further tests.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact.solver import ContactProblem, solve_contact
+    >>> ones = np.ones(2)
+    >>> problem = ContactProblem(compliance=lambda p: p, gap_mm=np.array([0.0, 1.0]), closing=ones, area_mm2=ones)
+    >>> solution = solve_contact(problem, 0.5)
+    >>> solution.status, solution.pressure_MPa.round(6)
+    ('converged', array([0.5, 0. ]))
     """
     weights = problem.area_mm2
     pressure = (
@@ -267,9 +277,9 @@ def evaluate_solution(
         Compliance, gap, and nodes.
     load_N
         Force along the approach in N; None for a prescribed approach.
-    pressure (n,)
+    pressure : ndarray of shape (n,)
         Pressures in MPa.
-    opening (n,)
+    opening : ndarray of shape (n,)
         Opening under these pressures in mm.
     tolerance
         Bound of both residuals relative to the approach.
@@ -314,6 +324,16 @@ def inner_product(a: Floats, b: Floats) -> float:
 
     It does not use BLAS: starting and ending the threads of BLAS takes a hundred times as long as a sum of ten thousand
     terms, and the number of threads changes the last bits of the sum.
+
+    Parameters
+    ----------
+    a, b : ndarray of shape (n,)
+        The two arrays.
+
+    Returns
+    -------
+    float
+        Sum of the products.
     """
     return float(np.einsum("i,i->", a, b))
 
@@ -408,7 +428,7 @@ def solve_by_correction(
         Force along the approach in N, > 0.
     model
         Positive definite approximation of the compliance that takes much less time to apply.
-    start_MPa (n,)
+    start_MPa : ndarray of shape (n,) or None
         Start of the first solution of the model.
     slid
         Function from a solution to the gap (n,) in mm after the slide of the bodies under this solution, for bodies

@@ -28,7 +28,18 @@ class PressureShape(Protocol):
     """Pressure over the positions of a patch by a theory."""
 
     def pressure_MPa(self, x_mm: Floats, y_mm: Floats, /) -> Floats:
-        """Pressure at positions along and across, from the origin of the shape."""
+        """Pressure at positions along and across, from the origin of the shape.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Positions along and across in mm; shapes that broadcast together.
+
+        Returns
+        -------
+        ndarray
+            Pressure in MPa at each position, zero outside the patch.
+        """
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +95,15 @@ def patch_from_ellipse(hertz: HertzContact, centre_mm: tuple[float, float] = (0.
     -------
     TheoryPatch
         Patch with a along x and b across, also for turned axes.
+
+    Examples
+    --------
+    >>> import math
+    >>> from fecontact.contact_theories.approximation import patch_from_ellipse
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> hertz = hertz_ellipse(0.005, 0.005, normal_force_N=1e3, contact_modulus_MPa=115e3)
+    >>> math.isclose(patch_from_ellipse(hertz).area_mm2, math.pi * hertz.a_mm * hertz.b_mm)
+    True
     """
     (x, s), a, b = centre_mm, 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
     return TheoryPatch(
@@ -144,7 +164,18 @@ class TheoryContact:
 
     @classmethod
     def of(cls, hertz: HertzContact) -> TheoryContact:
-        """Contact with Hertz's ellipse at the first contact point."""
+        """Contact with Hertz's ellipse at the first contact point.
+
+        Parameters
+        ----------
+        hertz
+            Hertz's ellipse with its force.
+
+        Returns
+        -------
+        TheoryContact
+            A single patch at the origin, with the approach of the ellipse.
+        """
         return cls(patches=(patch_from_ellipse(hertz),), approach_mm=hertz.approach_mm)
 
     @property
@@ -315,7 +346,13 @@ def theory_contact_from_strips(contact: StripContact) -> TheoryContact:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CellPressure:
-    """Pressure that is constant on the cells around the nodes of a grid."""
+    """Pressure that is constant on the cells around the nodes of a grid.
+
+    Attributes
+    ----------
+    field
+        Pressure in MPa on the nodes.
+    """
 
     field: Field
 

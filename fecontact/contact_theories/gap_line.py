@@ -44,20 +44,20 @@ class GapLine:
 
     Attributes
     ----------
-    t_mm (n,)
+    t_mm : ndarray of shape (n,)
         Positions across in the tangent plane, increasing in equal steps.
-    f_mm (n,)
+    f_mm : ndarray of shape (n,)
         Gap at x = 0 along the contact normal; its minimum is subtracted.
     A_per_mm
         Half the relative curvature along x: cos(contact angle) / (2 rolling radius), > 0.
     contact_modulus_MPa
         E* of the pair.
-    B_per_mm (n,)
+    B_per_mm : ndarray of shape (n,)
         Half the curvature of f. By default (size 0), it is calculated from central differences over 0.1 mm to each
         side, which are noisy on measured points.
-    surface_mm (n,)
+    surface_mm : ndarray of shape (n,)
         Arc length along the surface of the rail from first touch; `t_mm` by default.
-    turned_rad (n,)
+    turned_rad : ndarray of shape (n,)
         Angle between the surface and the tangent plane at first touch; 0 by default. Only the strip method uses
         `surface_mm` and `turned_rad`. All other theories use the plane.
 
@@ -140,7 +140,7 @@ class GapLine:
 
         Parameters
         ----------
-        is_in_contact (n,)
+        is_in_contact : ndarray of shape (n,)
             Mask of the positions in contact.
 
         Returns
@@ -268,7 +268,7 @@ def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[in
 
     Parameters
     ----------
-    t_mm, f_mm (n,)
+    t_mm, f_mm : ndarray of shape (n,)
         Positions and gap.
     level_mm
         Level of the gap.
@@ -280,6 +280,13 @@ def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[in
     low_mm, high_mm
         Interpolated positions before and after the run. If the run reaches an end of the line, then the end of the
         line.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import find_crossings_mm
+    >>> find_crossings_mm(np.arange(4.0), np.array([1.0, 0.0, 0.0, 1.0]), 0.5, (1, 2))
+    (0.5, 2.5)
     """
 
     def interpolate(inner: int, outer: int) -> float:
@@ -314,6 +321,18 @@ def interpolate_gap(line: GapLine, t_mm: ArrayLike) -> Floats:
     """Interpolate the gap (mm) linearly between the positions of a line.
 
     The gap is constant beyond the ends of the line.
+
+    Parameters
+    ----------
+    line
+        Gap over positions across.
+    t_mm
+        Positions across in mm, in any shape.
+
+    Returns
+    -------
+    ndarray
+        Gap in mm, in the shape of `t_mm`.
     """
     return np.asarray(np.interp(np.asarray(t_mm, dtype=np.float64), line.t_mm, line.f_mm))
 
@@ -338,10 +357,10 @@ class StripContact:
         Number of approaches with the prescribed load; 1 at a prescribed approach.
     approach_mm, normal_force_N
         Approach and force of this contact, also if they differ from the prescribed load.
-    t_mm, width_mm (n,)
+    t_mm, width_mm : ndarray of shape (n,)
         Middles and widths of the strips, in the tangent plane at first touch. In contacts by the strip method, they lie
         along the surface of the rail if the gap line has `surface_mm`.
-    half_length_mm, centre_pressure_MPa (n,)
+    half_length_mm, centre_pressure_MPa : ndarray of shape (n,)
         a(t) and p(0, t), both 0 outside the patch.
     """
 
@@ -436,7 +455,7 @@ def build_strip_contact(
         Gap line.
     approach_mm
         Approach of the bodies.
-    half_length_mm, centre_pressure_MPa (n,)
+    half_length_mm, centre_pressure_MPa : ndarray of shape (n,)
         Half length and pressure at x = 0 of each strip.
     range_notes
         Reasons why the theory is out of its range.
@@ -567,6 +586,17 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     -------
     float
         Approach in mm.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine, estimate_hertz_approach_mm
+    >>> from fecontact.contact_theories.hertz import hertz_ellipse
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.002, contact_modulus_MPa=115e3)
+    >>> exact = hertz_ellipse(0.002, 0.005, normal_force_N=1e4, contact_modulus_MPa=115e3)
+    >>> abs(estimate_hertz_approach_mm(line, 1e4) / exact.approach_mm - 1.0) < 1e-6
+    True
     """
     B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
     part_t, integral = (

@@ -98,7 +98,7 @@ def find_pressure_factor(line: GapLine, half_length_mm: Floats, index: int, defl
     ----------
     line
         Gap line.
-    half_length_mm (n,)
+    half_length_mm : ndarray of shape (n,)
         Half length a(t) of each strip, 0 outside the patch.
     index
         Index of the position with the prescribed deflection.

@@ -21,7 +21,7 @@ def overlap_strips(
 
     Parameters
     ----------
-    depth_mm, curvature_along_per_mm (n,)
+    depth_mm, curvature_along_per_mm : ndarray of shape (n,)
         Interpenetration of the undeformed bodies, > 0, and their relative curvature along the rail.
     contact_modulus_MPa
         E* of the pair.

@@ -90,7 +90,7 @@ class StripSolution:
 
     Attributes
     ----------
-    t, h, q, c (n,)
+    t, h, q, c : ndarray of shape (n,)
         Middle and width of each strip (mm), squared half length (mm^2), and pressure factor (MPa/mm): the pressure is c
         sqrt(q - x^2).
     approach, force
@@ -123,13 +123,13 @@ class StripGap:
 
     Attributes
     ----------
-    t, f (n,)
+    t, f : ndarray of shape (n,)
         Positions across, increasing (mm), and gap at x = 0 (mm), with the minimum 0 and linear between the positions.
     A
         Half the relative curvature along the rail (1/mm), cos(contact angle) / (2 rolling radius).
     E
         Contact modulus (MPa), 1/E = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
-    closing (n,)
+    closing : ndarray of shape (n,)
         Cosine between the normal of the surface and the approach. In a single plane it is 1 everywhere. If it is not,
         positions are measured along the surface, and gap and force along the approach.
     """
@@ -141,13 +141,32 @@ class StripGap:
     closing: Floats
 
     def at(self, t: Floats) -> tuple[Floats, Floats]:
-        """Gap and closing at given positions (m,), linear between the positions of the line."""
+        """Gap and closing at given positions (m,), linear between the positions of the line.
+
+        Parameters
+        ----------
+        t : ndarray of shape (m,)
+            Positions across in mm.
+
+        Returns
+        -------
+        gap, closing : ndarrays of shape (m,)
+            Gap in mm, and cosine between normal and approach (-).
+        """
         return np.interp(t, self.t, self.f), np.interp(t, self.t, self.closing)
 
 
 @dataclass(frozen=True, kw_only=True)
 class StripLoad:
-    """Either a force (N) or an approach (mm)."""
+    """Either a force (N) or an approach (mm).
+
+    Attributes
+    ----------
+    force
+        Normal force in N; None if the approach is given.
+    approach
+        Approach in mm; None if the force is given.
+    """
 
     force: float | None = None
     approach: float | None = None
@@ -195,7 +214,7 @@ def solve_strips(
 
     Returns
     -------
-    Strips
+    StripSolution
         The contact. `converged` is false if the sweeps do not converge, or if new overlaps appear on every set of
         strips.
 
@@ -227,11 +246,11 @@ def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats
 
     Parameters
     ----------
-    q (n,)
+    q : ndarray of shape (n,)
         Squared half length of each strip in mm^2, in columns.
-    distance2 (n, n)
+    distance2 : ndarray of shape (n, n)
         Squared distances between the strips in mm^2.
-    h (n,)
+    h : ndarray of shape (n,)
         Width of each strip in mm.
 
     Returns
@@ -348,7 +367,22 @@ def _newton_step(
 def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripSolution:
     """Solve the contact on few strips, from a solution with independent springs.
 
-    The strips cover all positions within the approach. The springs have the c of a circle at half the approach.
+    The strips cover all positions within the approach. The springs have the c of a circle at half the approach. Their
+    pressures start the sweeps on the coarse strips, and the result starts the sweeps on finer strips.
+
+    Parameters
+    ----------
+    line
+        Gap and elastic constants.
+    load
+        Force or approach.
+    tolerance
+        Largest change in a sweep on the finer strips (-); 4 times this change is allowed here.
+
+    Returns
+    -------
+    StripSolution
+        Solution on the coarse strips.
     """
     c = 4.0 / np.pi * line.E * line.A
     if load.approach is not None:
@@ -381,6 +415,23 @@ def estimate_ellipse_factor(ratio: float) -> float:
     """Estimate c / (E* A) from the axis ratio of an overlap.
 
     The estimate is the factor of Hertz's ellipse, within 5 % for ratios from 0.1 to 10.
+
+    Parameters
+    ----------
+    ratio
+        Axis ratio of the overlap (-).
+
+    Returns
+    -------
+    float
+        Estimate of c / (E* A) (-).
+
+    Examples
+    --------
+    >>> import math
+    >>> from fecontact.contact_theories.strip_method import estimate_ellipse_factor
+    >>> abs(estimate_ellipse_factor(1.0) / (4.0 / math.pi) - 1.0) < 0.05
+    True
     """
     return float(1.0 + 0.27 * ratio**1.3)
 

@@ -100,6 +100,17 @@ def solve_strip_theory_at_approach(line: GapLine, approach_mm: float, *, strips:
     -----
     Class of cost: a few linear systems with an equation per strip. Exact for constant curvature. The force increases
     with the approach, so that there is a single solution.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.gap_line import GapLine
+    >>> from fecontact.contact_theories.strips import solve_strip_theory_at_approach
+    >>> t = np.linspace(-5.0, 5.0, 501)
+    >>> line = GapLine(t_mm=t, f_mm=0.005 * t**2, A_per_mm=0.005, contact_modulus_MPa=115e3)
+    >>> force_N = solve_strip_theory_at_approach(line, 0.01).normal_force_N
+    >>> bool(abs(force_N / (4.0 / 3.0 * 115e3 * 100.0**0.5 * 0.01**1.5) - 1.0) < 0.003)
+    True
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
     return _solve(line, strips, StripLoad(approach=approach_mm))

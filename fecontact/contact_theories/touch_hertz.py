@@ -86,7 +86,18 @@ class HertzAtContactPoints:
 
 
 def sides(touch: ContactPoint) -> tuple[Side, ...]:
-    """Sides of a contact point, in the order of its curvatures."""
+    """Sides of a contact point, in the order of its curvatures.
+
+    Parameters
+    ----------
+    touch
+        A contact point of the rigid bodies.
+
+    Returns
+    -------
+    tuple of str
+        `gauge` and `field` at a junction of segments, `both` elsewhere.
+    """
     return ("gauge", "field") if touch.at_junction else ("both",)
 
 
@@ -134,7 +145,7 @@ def solve_hertz_points(
         Placed wheel and rail.
     load_N
         Load along the direction, > 0.
-    direction (3,)
+    direction : ndarray of shape (3,)
         Unit vector of the load.
     contact_modulus_MPa
         E* of the pair.
@@ -148,6 +159,18 @@ def solve_hertz_points(
     -----
     Range of validity: the points act independently, as springs in parallel. This is valid if their patches are small
     relative to the distance between them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.case import Case
+    >>> from fecontact.contact_theories.touch_hertz import solve_hertz_points
+    >>> from fecontact.solving.placing import place_case
+    >>> placement = place_case(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0))
+    >>> vertical = np.array([0.0, 0.0, 1.0])
+    >>> hertz = solve_hertz_points(placement, 100e3, direction=vertical, contact_modulus_MPa=115e3)
+    >>> len(hertz.points)
+    1
     """
     touches = placement.touch_points
     closing = np.array([float(touch.normal @ direction) for touch in touches])

@@ -59,11 +59,11 @@ class ElasticBody:
 
         Parameters
         ----------
-        nodes (k,)
+        nodes : ndarray of shape (k,)
             Loaded nodes.
-        forces (k, 3)
+        forces : ndarray of shape (k, 3)
             Forces on `nodes` in N.
-        further_forces (n, 3)
+        further_forces : ndarray of shape (n, 3) or None
             Further forces on all nodes in N; None for zero.
         tolerance
             Largest norm of the residual, relative to the norm of the forces.
@@ -221,7 +221,7 @@ class _MirroredHalves:
         ----------
         mesh
             A whole mesh with `opposite` nodes.
-        is_fixed (n, 3)
+        is_fixed : ndarray of shape (n, 3)
             Whether each displacement component is fixed; it must be equal on both sides of the plane.
         solver_with_supports
             Function that returns the solver of the half with fixed displacements.

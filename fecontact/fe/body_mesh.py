@@ -19,13 +19,13 @@ class ConstrainedNodes:
 
     Attributes
     ----------
-    hexes (k, 8)
+    hexes : ndarray of shape (k, 8)
         The elements of the solution. Far from the contact each element spans several layers of the mesh.
-    between (h,)
+    between : ndarray of shape (h,)
         Nodes of the mesh without unknowns. Their displacement is interpolated.
-    ends (h, 2)
+    ends : ndarray of shape (h, 2)
         The nodes with unknowns before and after each node of `between` along the sweep.
-    parts (h, 2)
+    parts : ndarray of shape (h, 2)
         Weights of the displacements of both `ends` in the displacement of the node between them.
     """
 
@@ -43,23 +43,23 @@ class BodyMesh:
     ----------
     name
         `rail` or `wheel`.
-    points (n, 3)
+    points : ndarray of shape (n, 3)
         Nodes in mm.
-    hexes (m, 8)
+    hexes : ndarray of shape (m, 8)
         Cells in VTK order: four nodes of one layer, then the four nodes above them.
     surfaces
         Named boundary quadrilaterals (k, 4) with outward normals: `contact` (the uniform zone), `fixed` or `driven`,
         `symmetry` (half models), `end` (cut planes), `free`.
-    contact_nodes (nx, ns)
+    contact_nodes : ndarray of shape (nx, ns)
         Nodes of the uniform zone: rows along x, columns from the gauge to the field side.
-    block_nodes (nx, ns, layers)
+    block_nodes : ndarray of shape (nx, ns, layers)
         Nodes of the uniform block below each contact node, along the inward normal. The first of them is the contact
         node.
     half
         Whether only x >= 0 is meshed.
     volume_mm3
         Volume of the swept section in closed form.
-    opposite (n,)
+    opposite : ndarray of shape (n,) or None
         The mirror image of each node, for a whole mesh with a mirror plane; else None.
     spacing
         Nodes without unknowns; None if the solution has all layers of the mesh.
@@ -89,13 +89,35 @@ _CORNERS = np.array(
 
 
 def corner_jacobians(mesh: BodyMesh) -> Floats:
-    """Jacobian determinants (m, 8) at the corners of the hexahedra, in mm^3."""
+    """Jacobian determinants (m, 8) at the corners of the hexahedra, in mm^3.
+
+    Parameters
+    ----------
+    mesh
+        Mesh with m hexahedra.
+
+    Returns
+    -------
+    ndarray of shape (m, 8)
+        Determinants in mm^3; positive in a valid hexahedron.
+    """
     p = mesh.points.T[:, mesh.hexes.T]
     return _determinants((p[:, _CORNERS[:, 1:]] - p[:, :, None]).swapaxes(1, 2)).T
 
 
 def mesh_volume(mesh: BodyMesh) -> float:
-    """Volume of the trilinear hexahedra in mm^3, by exact quadrature."""
+    """Volume of the trilinear hexahedra in mm^3, by exact quadrature.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of hexahedra.
+
+    Returns
+    -------
+    float
+        Volume in mm^3.
+    """
     p = mesh.points.T[:, mesh.hexes.T]
     gauss_points = CORNER_SIGNS / np.sqrt(3.0)
     return sum(float(_determinants(shape_gradients(*gauss_point).T @ p).sum()) for gauss_point in gauss_points)
@@ -114,6 +136,16 @@ def vector_product(a: Floats, b: Floats) -> Floats:
     """Vector product (3, ...) of vectors (3, ...).
 
     It multiplies components, in a fraction of the time of numpy.cross.
+
+    Parameters
+    ----------
+    a, b : ndarray of shape (3, ...)
+        Components of the vectors along the first axis.
+
+    Returns
+    -------
+    ndarray of shape (3, ...)
+        Components of a x b.
     """
     return np.stack((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
@@ -157,7 +189,20 @@ def shape_gradients(r: float, s: float, t: float) -> Floats:
 
 
 def surface_normals(mesh: BodyMesh, name: str) -> Floats:
-    """Outward unit normals (k, 3) of the quadrilaterals of a named surface."""
+    """Outward unit normals (k, 3) of the quadrilaterals of a named surface.
+
+    Parameters
+    ----------
+    mesh
+        Mesh with the surface.
+    name
+        Name of the surface, a key of `mesh.surfaces`.
+
+    Returns
+    -------
+    ndarray of shape (k, 3)
+        Unit vector of each quadrilateral, perpendicular to its diagonals.
+    """
     p = mesh.points[mesh.surfaces[name]]
     n = np.cross(p[:, 2] - p[:, 0], p[:, 3] - p[:, 1])
     return np.asarray(n / np.linalg.norm(n, axis=1, keepdims=True))
@@ -173,7 +218,7 @@ def check_mesh(mesh: BodyMesh) -> None:
 
     Raises
     ------
-    FoldedMesh
+    FoldedMeshError
         If a hexahedron has a corner with a Jacobian of at most zero.
     AssertionError
         If a surface is empty, the volume or the mirror image is wrong, or contact normals point inwards.

@@ -25,13 +25,13 @@ class CoupledBodies:
         The two elastic bodies.
     grid
         Pressure grid with n nodes on the rail's uniform zone.
-    normals (n, 3)
+    normals : ndarray of shape (n, 3)
         Outward unit normals of the true rail at the pressure nodes. The pressure acts along them on both bodies.
-    rail_nodes (n,)
+    rail_nodes : ndarray of shape (n,)
         Mesh nodes of the pressure grid.
-    wheel_nodes (m,)
+    wheel_nodes : ndarray of shape (m,)
         The wheel's nodes on its contact surface.
-    coupling (n, m)
+    coupling : sparse matrix of shape (n, m)
         Mortar matrix M in mm^2.
     bands
         Columns of the grid with equal grid spacing: all columns, or one band for each of several distant patches.
@@ -62,7 +62,7 @@ class CoupledBodies:
 
         Parameters
         ----------
-        pressure (n,)
+        pressure : ndarray of shape (n,)
             Nodal pressures in MPa.
         further_forces
             Further forces (nodes, 3) in N on rail and wheel; None for zero.
@@ -93,7 +93,7 @@ class CoupledBodies:
 
         Parameters
         ----------
-        pressure (n,)
+        pressure : ndarray of shape (n,)
             Nodal pressures in MPa.
 
         Returns
@@ -112,7 +112,7 @@ class CoupledBodies:
 
         Parameters
         ----------
-        pressure (n,)
+        pressure : ndarray of shape (n,)
             Nodal pressures in MPa.
 
         Returns
@@ -150,6 +150,18 @@ class CoupledBodies:
         """Opening (n,) in mm along the normals under nodal pressures (n,) in MPa.
 
         It is weighted by the dual functions of the pressure nodes.
+
+        Parameters
+        ----------
+        pressure : ndarray of shape (n,)
+            Pressure on the nodes in MPa.
+        tolerance
+            Relative tolerance of an iterative linear solver.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Opening in mm.
         """
         return self.opening(*self.displacements(pressure, tolerance=tolerance))
 
@@ -157,6 +169,16 @@ class CoupledBodies:
         """Opening (n,) in mm by displacements of both bodies.
 
         The displacements are (nodes, 3) in mm. The opening is weighted as in `compliance`.
+
+        Parameters
+        ----------
+        u_rail, u_wheel : ndarrays of shapes (rail nodes, 3), (wheel nodes, 3)
+            Displacements in mm.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Opening in mm.
         """
         return np.asarray(np.einsum("nd,nd->n", self.normals, self._parting(u_rail, u_wheel)))
 
@@ -164,6 +186,18 @@ class CoupledBodies:
         """Displacement (n, 3) in mm of the wheel's surface relative to the rail's surface.
 
         It is averaged as in `compliance`.
+
+        Parameters
+        ----------
+        pressure : ndarray of shape (n,)
+            Pressure on the nodes in MPa.
+        tolerance
+            Relative tolerance of an iterative linear solver.
+
+        Returns
+        -------
+        ndarray of shape (n, 3)
+            Relative displacement in mm, in the track frame.
         """
         return self._parting(*self.displacements(pressure, tolerance=tolerance))
 
@@ -207,9 +241,9 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
     ----------
     grid
         Pressure grid with n slave nodes.
-    master_xs (m, 2)
+    master_xs : ndarray of shape (m, 2)
         Positions (x, s) in mm of the master's nodes, projected on the slave surface.
-    master_quads (k, 4)
+    master_quads : ndarray of shape (k, 4)
         Faces of the master, which must be convex in the projection.
 
     Returns
@@ -219,7 +253,7 @@ def mortar_matrix(grid: ContactGrid, master_xs: Floats, master_quads: Integers) 
 
     Raises
     ------
-    NotCovered
+    CoverageError
         If the master does not cover the slave grid: the pressure there would press on nothing.
     """
     nx, ns = grid.shape

@@ -214,7 +214,7 @@ def decouple_fixed(matrix: bsr_matrix, is_free: NDArray[np.bool_]) -> bsr_matrix
     ----------
     matrix
         Stiffness matrix (3n, 3n) in N/mm.
-    is_free (n, 3)
+    is_free : ndarray of shape (n, 3)
         Whether each displacement component of a node is free.
 
     Returns
@@ -294,9 +294,9 @@ class ConjugateGradients:
         ----------
         matrix
             Stiffness matrix (3n, 3n) in N/mm, with fixed displacements decoupled.
-        is_free (n, 3)
+        is_free : ndarray of shape (n, 3)
             Whether each displacement component of a node is free.
-        points (n, 3)
+        points : ndarray of shape (n, 3)
             Nodes in mm.
         solver
             `pardiso` for a factor, `amg` for multigrid.
@@ -310,7 +310,7 @@ class ConjugateGradients:
 
         Parameters
         ----------
-        forces (3n,)
+        forces : ndarray of shape (3n,)
             Forces in N. They may be a small fraction of a larger load.
         tolerance
             Largest norm of the residual, relative to the norm of the forces.
@@ -376,7 +376,7 @@ def rigid_body_modes(points: Floats) -> Floats:
 
     Parameters
     ----------
-    points (n, 3)
+    points : ndarray of shape (n, 3)
         Nodes in mm.
 
     Returns

@@ -14,7 +14,18 @@ USABLE_MEMORY = 0.8
 
 
 def factor_bytes(degrees_of_freedom: int) -> float:
-    """Estimate the memory that PARDISO needs for a body, in bytes."""
+    """Estimate the memory that PARDISO needs for a body, in bytes.
+
+    Parameters
+    ----------
+    degrees_of_freedom
+        Unknowns of the body.
+
+    Returns
+    -------
+    float
+        Memory in bytes.
+    """
     return float(
         _FACTOR_COEFFICIENT_BYTES * degrees_of_freedom ** (4.0 / 3.0) + _ANALYSIS_BYTES_PER_UNKNOWN * degrees_of_freedom
     )
@@ -32,7 +43,7 @@ def check_memory(needed_bytes: float, what: str) -> None:
 
     Raises
     ------
-    NotEnoughMemory
+    MemoryShortageError
         If the work needs more memory than is available now.
     """
     import psutil

@@ -99,7 +99,7 @@ class Zone:
         Stretches by increasing arc length.
     depth_step_mm
         Thickness of the first layer at the greatest depth.
-    depth_mm (columns,)
+    depth_mm : ndarray of shape (columns,)
         Depth of the layers below each column of nodes. The layers follow the profile, with thicknesses in proportion to
         the depth.
     """
@@ -125,14 +125,14 @@ class Section:
 
     Attributes
     ----------
-    points (n, 2)
+    points : ndarray of shape (n, 2)
         Nodes in mm.
-    quads (m, 4)
+    quads : ndarray of shape (m, 4)
         Cells, counter-clockwise.
-    block_nodes (layers, columns)
+    block_nodes : ndarray of shape (layers, columns)
         Nodes of the uniform block. The first layer lies on the contact zone from the gauge to the field side. The
         columns follow the normals of the first layer.
-    zone_arc_length_mm (columns,)
+    zone_arc_length_mm : ndarray of shape (columns,)
         Arc lengths of the first layer along the profile.
     edges
         Named boundary edges (k, 2): `contact`, `base`, `free`.
@@ -160,7 +160,7 @@ def mesh_section(
     ----------
     profile
         The running surface.
-    closure (n, 2)
+    closure : ndarray of shape (n, 2)
         Points from the field-side end of the running surface around the body to its gauge-side end, both excluded (mm).
     base
         Index of the first and last point of `closure` on the straight edge that is fixed.
@@ -176,7 +176,7 @@ def mesh_section(
 
     Raises
     ------
-    NotCovered
+    CoverageError
         If the outline crosses itself or the uniform block: gmsh would hang.
     """
     zone_s = place_nodes(zone.stretches)
@@ -221,7 +221,18 @@ def mesh_section(
 
 
 def polygon_area(points: Floats) -> float:
-    """Area inside a closed polygon (n, 2)."""
+    """Area inside a closed polygon (n, 2).
+
+    Parameters
+    ----------
+    points : ndarray of shape (n, 2)
+        Corners in their order; the last is joined to the first.
+
+    Returns
+    -------
+    float
+        Area in the squared unit of the points, never negative.
+    """
     y, z = points.T
     return float(0.5 * abs(np.dot(y, np.roll(z, -1)) - np.dot(np.roll(y, -1), z)))
 

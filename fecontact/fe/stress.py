@@ -26,9 +26,9 @@ def nodal_stress(body: ElasticBody, displacements: Floats, relaxed: Floats | Non
     ----------
     body
         Elastic body with n nodes and m hexahedra.
-    displacements (n, 3)
+    displacements : ndarray of shape (n, 3)
         Displacements of all nodes in mm.
-    relaxed (m, 8, 6)
+    relaxed : ndarray of shape (m, 8, 6) or None
         Stress in MPa at the Gauss points that plastic strain removes; None without plastic strain.
 
     Returns
@@ -60,7 +60,7 @@ def average_at_nodes(mesh: BodyMesh, corners: Floats) -> Floats:
     ----------
     mesh
         Mesh with n nodes and m hexahedra.
-    corners (m, 8, k)
+    corners : ndarray of shape (m, 8, k)
         Values at the corners.
 
     Returns
@@ -85,7 +85,7 @@ def von_mises(stress: Floats) -> Floats:
 
     Parameters
     ----------
-    stress (n, 6)
+    stress : ndarray of shape (n, 6)
         Stress in MPa or in another unit.
 
     Returns
@@ -137,7 +137,7 @@ def find_stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
     ----------
     mesh
         Mesh of the body with n nodes.
-    stress (n, 6)
+    stress : ndarray of shape (n, 6)
         Stress at the nodes in MPa.
 
     Returns
@@ -193,9 +193,9 @@ def find_peak(depth_mm: Floats, values: Floats) -> tuple[float, float]:
 
     Parameters
     ----------
-    depth_mm (n,)
+    depth_mm : ndarray of shape (n,)
         Increasing depths in mm.
-    values (n,)
+    values : ndarray of shape (n,)
         Values at these depths.
 
     Returns
@@ -234,9 +234,9 @@ class PlasticState:
 
     Attributes
     ----------
-    strain (..., 3, 3)
+    strain : ndarray of shape (..., 3, 3)
         Plastic strain (-).
-    equivalent (...)
+    equivalent : ndarray of shape (...)
         Accumulated equivalent plastic strain (-).
     """
 
@@ -245,7 +245,18 @@ class PlasticState:
 
     @classmethod
     def none(cls, *shape: int) -> PlasticState:
-        """State of virgin material at an array of points."""
+        """State of virgin material at an array of points.
+
+        Parameters
+        ----------
+        *shape
+            Shape of the array of points.
+
+        Returns
+        -------
+        PlasticState
+            State with zero plastic strain.
+        """
         return cls(strain=np.zeros((*shape, 3, 3)), equivalent=np.zeros(shape))
 
 
@@ -281,16 +292,52 @@ class PlasticLaw:
         """Plastic law of a material.
 
         A material without a yield stress never yields.
+
+        Parameters
+        ----------
+        material
+            Elastic constants, yield stress and hardening.
+
+        Returns
+        -------
+        PlasticLaw
+            The law; its yield stress is infinite without yielding.
         """
         yield_MPa = math.inf if material.yield_MPa is None else material.yield_MPa
         return cls(shear_MPa=material.shear_MPa, yield_MPa=yield_MPa, hardening_MPa=material.hardening_MPa)
 
     def stress(self, strain: Floats, state: PlasticState) -> Floats:
-        """Deviatoric stress (..., 3, 3) in MPa at strains (..., 3, 3)."""
+        """Deviatoric stress (..., 3, 3) in MPa at strains (..., 3, 3).
+
+        Parameters
+        ----------
+        strain : ndarray of shape (..., 3, 3)
+            Total strain (-).
+        state
+            Plastic strain at these points.
+
+        Returns
+        -------
+        ndarray of shape (..., 3, 3)
+            Deviatoric stress in MPa.
+        """
         return 2.0 * self.shear_MPa * (_deviator(strain) - state.strain)
 
     def von_mises(self, strain: Floats, state: PlasticState) -> Floats:
-        """Von Mises stress (...) in MPa at strains (..., 3, 3)."""
+        """Von Mises stress (...) in MPa at strains (..., 3, 3).
+
+        Parameters
+        ----------
+        strain : ndarray of shape (..., 3, 3)
+            Total strain (-).
+        state
+            Plastic strain at these points.
+
+        Returns
+        -------
+        ndarray of shape (...)
+            Von Mises stress in MPa.
+        """
         return np.asarray(_norm(self.stress(strain, state)) / _SQRT_TWO_THIRDS)
 
     def flow(self, start: Floats, end: Floats, state: PlasticState, substeps: int = SUBSTEPS) -> PlasticState:
@@ -300,7 +347,7 @@ class PlasticLaw:
 
         Parameters
         ----------
-        start, end (..., 3, 3)
+        start, end : ndarray of shape (..., 3, 3)
             Total strains at both ends of the path (-).
         state
             State at the start.
@@ -340,13 +387,13 @@ class PlasticZone:
     ----------
     law
         Plastic law of the material.
-    elements (m,)
+    elements : ndarray of shape (m,)
         Indices of the elements among all hexahedra.
-    nodes (m, 8)
+    nodes : ndarray of shape (m, 8)
         Nodes of the elements.
-    gradients (m, 8 points, 3, 8 corners)
+    gradients : ndarray of shape (m, 8 points, 3, 8 corners)
         Derivatives of the shape functions by x, y, z at the Gauss points, 1/mm.
-    volumes_mm3 (m, 8)
+    volumes_mm3 : ndarray of shape (m, 8)
         Volume of the model at each Gauss point.
     points
         Number of nodes of the mesh.
@@ -369,7 +416,7 @@ class PlasticZone:
             Mesh of the body.
         law
             Plastic law of the material.
-        elements (m,)
+        elements : ndarray of shape (m,)
             Indices of the elements among all hexahedra.
 
         Returns
@@ -389,12 +436,29 @@ class PlasticZone:
         )
 
     def part(self, is_selected: NDArray[np.bool_]) -> PlasticZone:
-        """Subset of the zone with selected elements (m,)."""
+        """Subset of the zone with selected elements (m,).
+
+        Parameters
+        ----------
+        is_selected : ndarray of shape (m,)
+            Whether each element is selected.
+
+        Returns
+        -------
+        PlasticZone
+            Zone with the selected elements only.
+        """
         names = ("elements", "nodes", "gradients", "volumes_mm3")
         return replace(self, **{name: getattr(self, name)[is_selected] for name in names})
 
     def none(self) -> PlasticState:
-        """State of virgin material."""
+        """State of virgin material.
+
+        Returns
+        -------
+        PlasticState
+            State with zero plastic strain at all points of the zone.
+        """
         return PlasticState.none(*self.volumes_mm3.shape)
 
     def strains(self, displacements: Floats) -> Floats:
@@ -402,7 +466,7 @@ class PlasticZone:
 
         Parameters
         ----------
-        displacements (n, 3)
+        displacements : ndarray of shape (n, 3)
             Displacements of all nodes in mm.
 
         Returns
@@ -420,7 +484,7 @@ class PlasticZone:
 
         Parameters
         ----------
-        plastic_strain (m, 8, 3, 3)
+        plastic_strain : ndarray of shape (m, 8, 3, 3)
             Plastic strain at the Gauss points (-).
 
         Returns
@@ -448,7 +512,7 @@ def gauss_gradients(corners: Floats) -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    corners (m, 8, 3)
+    corners : ndarray of shape (m, 8, 3)
         Corners of the hexahedra in mm, in VTK order.
 
     Returns

@@ -45,7 +45,7 @@ def read_page(topic: str) -> str:
                 for spelling in (name_of_page, title)
             },
         )
-        raise InputError(f"guide: there is no topic {topic!r}; topics are {', '.join(page_titles)}{suggestion}")
+        raise InputError(f"guide: there is no topic {topic!r}; topics: {', '.join(page_titles)}{suggestion}")
     return (_FOLDER / f"{name}.md").read_text("utf-8")
 
 

@@ -217,7 +217,18 @@ class Number(Input):
         return self.domain if self.forms else f"a number ({self.domain})"
 
     def shown(self, value: float) -> str:
-        """Text of a value as a user would write it."""
+        """Text of a value as a user would write it.
+
+        Parameters
+        ----------
+        value
+            Number in the unit inside the program.
+
+        Returns
+        -------
+        str
+            Number in the unit that users give, without the unit.
+        """
         return self.show(value) if self.forms else f"{value * self.factor:.12g}"
 
     def note(self, value: float) -> str:
@@ -268,7 +279,18 @@ class Number(Input):
         return number * round(1.0 / self.factor) if self.factor < 1.0 else number / self.factor
 
     def read_word(self, word: str) -> float:
-        """Number of a word on the command line, in the unit inside the program."""
+        """Number of a word on the command line, in the unit inside the program.
+
+        Parameters
+        ----------
+        word
+            Number in the unit that users give.
+
+        Returns
+        -------
+        float
+            Number in the unit inside the program.
+        """
         return self.read(word if self.forms else parse_number_or_text(word))
 
     def check(self, value: Any) -> None:
@@ -304,6 +326,7 @@ class Number(Input):
         return self.shown_unit or self.unit
 
     def _within(self, number: float) -> bool:
+        """Whether a number is in the allowed range, in the unit inside the program."""
         if not math.isfinite(number):
             return False
         if self.inclusive and math.isfinite(self.high):
@@ -364,27 +387,106 @@ def parse_number_or_text(text: str) -> float | str:
 
 
 def input_field(default: Any, described: Input, **metadata: Any) -> Any:
-    """Dataclass field with an input description; `metadata` is further metadata of the field."""
+    """Dataclass field with an input description; `metadata` is further metadata of the field.
+
+    Parameters
+    ----------
+    default
+        Default of the field, in the unit inside the program.
+    described
+        Description of the input.
+    **metadata
+        Further metadata of the field.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     return field(default=default, metadata={"input": described, **metadata})
 
 
 def number_field(default: Any, help: str, **attributes: Any) -> Any:
-    """Dataclass field of a number; `attributes` are further attributes of `Number`."""
+    """Dataclass field of a number; `attributes` are further attributes of `Number`.
+
+    Parameters
+    ----------
+    default
+        Default of the field, in the unit inside the program.
+    help
+        Text for `--help` and the documentation.
+    **attributes
+        Further attributes of `Number`, such as `low`, `high` and `remedy`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     return input_field(default, Number(help=help, **attributes))
 
 
 def custom_field(default: Any, help: str, **attributes: Any) -> Any:
-    """Dataclass field with functions for reading and checking; `attributes` are attributes of `Input`."""
+    """Dataclass field with functions for reading and checking; `attributes` are attributes of `Input`.
+
+    Parameters
+    ----------
+    default
+        Default of the field.
+    help
+        Text for `--help` and the documentation.
+    **attributes
+        Further attributes of `Input`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     return input_field(default, Input(help=help, **attributes))
 
 
 def text_field(default: str | None, help: str, domain: str, **attributes: Any) -> Any:
-    """Dataclass field of a non-empty text."""
+    """Dataclass field of a non-empty text.
+
+    Parameters
+    ----------
+    default
+        Default of the field.
+    help
+        Text for `--help` and the documentation.
+    domain
+        Allowed texts, in words.
+    **attributes
+        Further attributes of `Input`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     return custom_field(default, help, domain=domain, words=f"a text ({domain})", holds=_is_text, **attributes)
 
 
 def choice_field(default: Any, help: str, names: Sequence[str], **attributes: Any) -> Any:
-    """Dataclass field of a name from a list."""
+    """Dataclass field of a name from a list.
+
+    Parameters
+    ----------
+    default
+        Default of the field.
+    help
+        Text for `--help` and the documentation.
+    names
+        Allowed names.
+    **attributes
+        Further attributes of `Input`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     return custom_field(
         default, help, known=names, holds=names.__contains__, **{"domain": ", ".join(names), **attributes}
     )

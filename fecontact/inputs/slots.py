@@ -45,7 +45,22 @@ class NestedInputs:
 
 
 def nested_inputs(kind: Callable[[], T], group: str, **attributes: Any) -> T:
-    """Dataclass field with input fields inside; `attributes` are attributes of `NestedInputs`."""
+    """Dataclass field with input fields inside; `attributes` are attributes of `NestedInputs`.
+
+    Parameters
+    ----------
+    kind
+        Dataclass of the inputs.
+    group
+        Group of the help.
+    **attributes
+        Further attributes of `NestedInputs`.
+
+    Returns
+    -------
+    object
+        The field, for the body of an input dataclass.
+    """
     nested_field: T = field(default_factory=kind, metadata={"part": NestedInputs(group=group, **attributes)})
     return nested_field
 
@@ -187,6 +202,7 @@ def input_dataclass(kind: type[T]) -> type[T]:
 
     @wraps(initialise)
     def checked(self: T, *positional_values: Any, **values: Any) -> None:
+        """Refuse positional values, unrecognised names and missing names, then initialise the dataclass."""
         if positional_values:
             example = ", ".join(f"{member.name}=..." for member in fields(checked_class)[:2])
             raise InputError(f"{kind.__name__} takes keyword arguments only: {kind.__name__}({example})")

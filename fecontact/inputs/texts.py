@@ -131,6 +131,10 @@ def require_number_list(values: Sequence[float], name: str) -> tuple[float, ...]
 
 
 def _expand_range(first: float, last: float, step: float, label: str) -> list[float]:
+    """Numbers from `first` to at most `last`, `step` apart.
+
+    Raises an `InputError` with the label for a step of zero or below, a descending range, and too many numbers.
+    """
     if not step > 0.0 or last < first:
         raise InputError(f"{label}: a range must ascend with a positive step, such as -6:6:0.5")
     # The millionth of a step covers range ends that are not exact multiples of the step in binary.

@@ -60,7 +60,18 @@ class RunSettings:
         return "" if self.part is None else f".part-{self.part[0]}-of-{self.part[1]}"
 
     def select_part(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Ids of the jobs in this part, each once."""
+        """Ids of the jobs in this part, each once.
+
+        Parameters
+        ----------
+        names
+            Ids of all jobs.
+
+        Returns
+        -------
+        tuple of str
+            Every n-th id from the number of this part; all ids without parts.
+        """
         distinct_names = tuple(dict.fromkeys(names))
         return distinct_names if self.part is None else distinct_names[self.part[0] - 1 :: self.part[1]]
 
@@ -207,6 +218,10 @@ class _JobProgress:
     """State of the jobs while they run."""
 
     def __init__(self, jobs: Sequence[Job], by: OpenRun, on_done: Callable[[JobOutcome], None] | None) -> None:
+        """Start with all jobs open.
+
+        `by` is the opened run with its settings, and `on_done` receives the outcome of each job.
+        """
         self._jobs, self._by, self._on_done = jobs, by, on_done
         self._begun: dict[str, float] = {}
         self._durations: list[float] = []

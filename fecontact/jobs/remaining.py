@@ -98,7 +98,18 @@ def report_progress(results: Iterable[Result], count: int, progress: Progress | 
 
 
 def format_duration(seconds: float) -> str:
-    """Time in words, in s, min or h."""
+    """Time in words, in s, min or h.
+
+    Parameters
+    ----------
+    seconds
+        Time in s.
+
+    Returns
+    -------
+    str
+        In s below 100 s, in min below 100 min, in h from there.
+    """
     if seconds < 100.0:
         return f"{seconds:.0f} s"
     return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"

@@ -230,7 +230,7 @@ def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
 
     Returns
     -------
-    Kept
+    StoredJob
         The state.
     """
     if not folder.is_dir():
@@ -399,6 +399,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _lock(file: IO[str], shared: bool) -> None:
+        """Lock a file for this process; a `BlockingIOError` if another process has it."""
         # Windows has no shared locks here: parts run one after the other. A locked byte cannot be read, so a byte far
         # behind the text is locked.
         file.seek(1 << 30)

@@ -142,6 +142,8 @@ class JobOutcome:
         Reason for doing a job again that was finished before.
     seconds
         Wall time of the job, in s.
+    name
+        Id of the job.
     """
 
     name: str
@@ -322,10 +324,21 @@ class JobReceiver(Protocol):
         """Receive the names of the jobs that workers have and that are not done.
 
         Of each group the next job is named.
+
+        Parameters
+        ----------
+        names
+            Ids of the jobs.
         """
 
     def receive(self, done: JobOutcome) -> None:
-        """Receive the outcome of a job that will not run again."""
+        """Receive the outcome of a job that will not run again.
+
+        Parameters
+        ----------
+        done
+            Outcome of the job.
+        """
 
 
 def count_default_workers() -> int:
@@ -463,6 +476,11 @@ def set_thread_environment(threads: int) -> Iterator[None]:
     ----------
     threads
         Number of threads.
+
+    Yields
+    ------
+    None
+        Control to the enclosed code.
     """
     variables = {name: str(threads) for name in _THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
     previous_values = {name: os.environ.get(name) for name in variables}
@@ -542,6 +560,11 @@ def has_single_thread() -> bool:
     """Whether the numerical libraries of this process have a single thread.
 
     They read the environment when they start.
+
+    Returns
+    -------
+    bool
+        False on systems without `/proc`, where the start environment cannot be read.
     """
     try:
         start_environment = Path("/proc/self/environ").read_bytes().split(b"\0")

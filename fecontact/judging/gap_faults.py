@@ -46,12 +46,13 @@ def _iterate_faults(solved_load: SolvedLoad) -> Iterator[str]:
     error = solved_load.gap_curvature_error
     if error is not None and not error <= GAP_CURVATURE_LIMIT:
         yield (
-            f"the second differences of the solved gap at the contact point differ by {error:.2%} from the curvatures"
-            f" of the profiles; at most {GAP_CURVATURE_LIMIT:.1%} is allowed: the numbers are wrong, report the case"
+            f"the numbers are wrong, please report this case: the curvatures of the solved gap at the contact point"
+            f" differ by {error:.2%} from the curvatures of the profiles (at most {GAP_CURVATURE_LIMIT:.1%} is allowed)"
         )
     distances = [level.gap_distance_error_mm for level in solved_load.levels if level.gap_distance_error_mm is not None]
     if distances and not max(distances) <= GAP_DISTANCE_LIMIT_MM:
         yield (
-            f"the solved gap differs by up to {1e3 * max(distances):.2g} micrometres from the distance of the meshes'"
-            f" surfaces; at most {1e3 * GAP_DISTANCE_LIMIT_MM:g} is allowed: the numbers are wrong, report the case"
+            f"the numbers are wrong, please report this case: the solved gap differs by up to"
+            f" {1e3 * max(distances):.2g} micrometres from the distance of the mesh surfaces"
+            f" (at most {1e3 * GAP_DISTANCE_LIMIT_MM:g} micrometres is allowed)"
         )

@@ -63,11 +63,11 @@ LADDER_STEPS = (
 
 RUNGS: Mapping[str, str] = {
     "hertz": "closed form",
-    "half_space_quadratic": "Hertz's gap on a discrete half-space, which checks the discretisation",
+    "half_space_quadratic": "Hertz's gap on a discrete half-space, as a check of the discretisation",
     "half_space": "the true gap on the half-space",
-    "elements": "the true gap between the finite bodies, on their elements' own nodes",
-    "fe": "on finer nodes, with a half-space of the bodies' material in place of what the elements answer near by",
-    "fe_plastic": "the first loading of bodies that yield, where a yield stress is given",
+    "elements": "the true gap between the finite bodies, on the nodes of the elements",
+    "fe": "the same on finer nodes, where a half-space replaces the compliance of the elements near the load",
+    "fe_plastic": "first loading of bodies that yield, if a yield stress is given",
 }
 """Description of each rung, by its name, beginning with Hertz."""
 

@@ -353,9 +353,18 @@ class ProfileVariants:
 
 
 def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> VariantShifts:
-    """Shifts from the reference variant, which is the first, to all variants, itself included.
+    """Shifts of the deviations from the reference variant to each variant, the reference included.
 
-    The argument has deviations (-) and peak pressure (MPa) by the label of the variant.
+    Parameters
+    ----------
+    variants
+        Deviations (-) and peak pressure (MPa) by the label of the variant; the reference variant is the first.
+
+    Returns
+    -------
+    VariantShifts
+        Factors (1 + deviation) / (1 + reference deviation) for `MEASURES`, differences for `MISFITS`, and ratios of the
+        peak pressures.
     """
     (reference, reference_peak_MPa), *_ = variants.values()
     shifts = {

@@ -126,7 +126,7 @@ def split_lobes(rung: Rung) -> tuple[ContactLobe, ...]:
 
     Returns
     -------
-    tuple of Part
+    tuple of ContactLobe
         A single lobe has the unchanged contact as its rung.
     """
     pressure, s_mm = rung.pressure, rung.grid.s_mm
@@ -282,6 +282,7 @@ def estimate_lobe_uncertainties(lobe: ContactLobe, levels: Sequence[Level]) -> d
         )
 
     def read_share(rung: Rung) -> float:
+        """Fraction of the load on the matching lobe of a contact (-); NaN without a matching lobe."""
         lobes = split_lobes(rung)
         matched_lobe = _match_lobe(lobes, lobe)
         return (

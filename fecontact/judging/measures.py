@@ -196,7 +196,13 @@ class Measures:
     )
 
     def as_dict(self) -> dict[str, float]:
-        """Measures by name."""
+        """Measures by name.
+
+        Returns
+        -------
+        dict
+            Values by the names in `MEASURES`.
+        """
         return {name: float(getattr(self, name)) for name in MEASURES}
 
 
@@ -294,7 +300,13 @@ class Misfit:
     )
 
     def as_dict(self) -> dict[str, float]:
-        """Measures by name."""
+        """Measures by name.
+
+        Returns
+        -------
+        dict
+            Values by the names in `MISFITS`.
+        """
         return {name: float(getattr(self, name)) for name in MISFITS}
 
 
@@ -313,7 +325,18 @@ UNCERTAINTIES: dict[str, MeasureUncertainty] = {
 # A load is judged several times by its rungs during refinement. The cache reads each rung once.
 @lru_cache(maxsize=64)
 def read_patch(rung: Rung) -> Patch:
-    """Patch of a solved contact, from its pressure."""
+    """Patch of a solved contact, from its pressure.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    Patch
+        Patch with its lobes.
+    """
     return measure_patch(rung.pressure)
 
 
@@ -354,6 +377,16 @@ def read_hertz_measures(hertz: HertzContact) -> Measures:
     """Measures of a Hertz ellipse.
 
     Half-width a is along x and b is across, also for an ellipse with turned axes.
+
+    Parameters
+    ----------
+    hertz
+        Hertz's ellipse with its force.
+
+    Returns
+    -------
+    Measures
+        Measures of the ellipse, with lengths in mm and the pressure in MPa.
     """
     return read_theory_measures(TheoryContact.of(hertz))
 
@@ -379,7 +412,20 @@ def read_theory_misfit(rung: Rung, theory: TheoryContact) -> Misfit:
 
 
 def read_hertz_misfit(rung: Rung, hertz: HertzContact) -> Misfit:
-    """Misfit of a solved contact relative to Hertz's ellipse at the origin of the grid."""
+    """Misfit of a solved contact relative to Hertz's ellipse at the origin of the grid.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+    hertz
+        Hertz's ellipse with its force.
+
+    Returns
+    -------
+    Misfit
+        Misplaced and separate fractions of the load, and further misfits (-).
+    """
     return read_theory_misfit(rung, TheoryContact.of(hertz))
 
 

@@ -40,49 +40,48 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
     level, sides = load.level, load.sides
     if len(sides) > 1:
         descriptions = (
-            f"with the ellipse of its {side} side Hertz {hertz.verdict.answer} ({hertz.deviation['p_max_MPa']:+.1%} in"
-            f" peak pressure, {hertz.deviation['area_mm2']:+.1%} in area)"
+            f"with the curvature of the {side} side Hertz {hertz.verdict.answer} (peak pressure"
+            f" {hertz.deviation['p_max_MPa']:+.1%}, area {hertz.deviation['area_mm2']:+.1%})"
             for side, hertz in sides.items()
         )
-        yield f"the curvature is undefined at the touch point: {'; '.join(descriptions)}"
+        yield f"the curvature is undefined at the contact point: {'; '.join(descriptions)}"
     yield from load.solved.limits
     yield from describe_gap_faults(load.solved)
     for loads in compare_patch_loads(load.solved.levels):
         if loads.difference > PATCH_LOADS_LIMIT:
             yield (
-                f"separate patches: {loads.on_elements:.2%} of the load is on the gauge side of a free strip on the"
-                f" elements' nodes and {loads.on_finer_nodes:.2%} on the finer nodes; at most"
-                f" {loads.uncertainty:.2%} of the load may lie between both: how the bodies share the load between the"
-                " patches is not known"
+                f"the share of the load between separate patches is not known: the patches on the gauge side carry"
+                f" {loads.on_elements:.2%} of the load on the nodes of the elements and {loads.on_finer_nodes:.2%} on"
+                f" the finer nodes (allowed difference: {loads.uncertainty:.2%})"
             )
     shifts = load.judgements[HERTZ].moves
     if shifts.other_patches:
         labels = [label for label in shifts.by_line if label in shifts.other_patches]
         yield (
-            f"on {len(labels)} of the {len(shifts.by_line)} lines that the points allow the contact has other patches"
-            f" than on the solved one ({', '.join(labels)}): there Hertz is judged by the half-space on that line, and"
-            " what finite elements change on the solved line is its uncertainty"
+            f"on {len(labels)} of {len(shifts.by_line)} profile variants the patches differ from the patches of"
+            f" the reference variant ({', '.join(labels)}): there Hertz is compared with the half-space, and the change"
+            " from half-space to finite elements on the reference variant is part of the uncertainty"
         )
     # The error of a half-space on these elements cannot be measured.
     if math.isnan(level.compliance_error):
         yield (
-            "the compliance of the elements is not checked: there are too few of them around the patch, or the head is"
-            f" narrow or round for their size; {UNCHECKED_COMPLIANCE_ERROR:.0%} of it is taken for its uncertainty,"
-            " more"
-            " elements (--resolution) may show it"
+            "the compliance of the elements is not checked, because there are too few elements around the patch, or the"
+            " head is narrow or round relative to their size; the uncertainty includes"
+            f" {UNCHECKED_COMPLIANCE_ERROR:.0%} of the compliance; smaller elements (--resolution) may make the check"
+            " possible"
         )
     fraction = abs(level.slide_mm) / load.comparison.fe.b_mm
     if not fraction <= _SLIDE_LIMIT:
         yield (
             f"the wheel slides {abs(level.slide_mm):.2f} mm down the steep rail under the load, {fraction:.2f} of the"
-            f" patch's half-width: beyond {_SLIDE_LIMIT:g} of it what is stated for the finite elements does not cover"
-            " what displacements do that are not small; a smaller load or a place that is less steep is known better"
+            f" half-width of the patch: above {_SLIDE_LIMIT:g} the stated uncertainty does not cover the effect of"
+            " large displacements; use a smaller load or a less steep position"
         )
     if not abs(level.turned_force) <= _TURNED_FORCE_LIMIT:
         yield (
-            "the normal force is that along the normal at first touch; along the normal at the weighted centre of the"
-            f" patch, as other codes take it, the load has a force that differs by {level.turned_force:+.1%}:"
-            f" ±{estimate_turned_force_uncertainty(level.turned_force):.1%} of the peak pressure are stated for it"
+            "the normal force acts along the normal at the first contact point; along the normal at the weighted centre"
+            f" of the patch, as in other codes, it would differ by {level.turned_force:+.1%}; the uncertainty of the"
+            f" peak pressure includes ±{estimate_turned_force_uncertainty(level.turned_force):.1%} for this"
         )
     yield from describe_plasticity(load.plastic)
 
@@ -105,11 +104,11 @@ def iterate_notes(placement: Placement, comparison: Comparison) -> Iterator[str]
     rail = placement.rail.profile
     yield from placement.notes
     if not rail.outline:
-        yield f"rail {rail.name}: only its running surface is known; the body below it is a block down to the cut"
+        yield f"rail {rail.name}: only its running surface is given; the body below it is a block"
     if placement.first.at_junction:
         yield (
-            "the touch point lies at a curvature junction: deviations are those from Hertz with the curvature of its"
-            " field side; the verdict is the worse of both sides"
+            "the contact point is at a curvature junction: the deviations are for Hertz with the curvature of the field"
+            " side; the verdict is the worse verdict of both sides"
         )
     if (patch_count := comparison.patch.pieces) > 1:
-        yield f"the contact has {patch_count} separate patches; Hertz stands for the first touch point alone"
+        yield f"the contact has {patch_count} separate patches; Hertz has a single ellipse at the first contact point"

@@ -504,6 +504,16 @@ def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float
 def read_other_fit(levels: Sequence[Level]) -> Rung:
     """Contact of the finest level with the other fit for the response of the elements.
 
+    Parameters
+    ----------
+    levels
+        Mesh levels, the finest first.
+
+    Returns
+    -------
+    Rung
+        Contact with the other fit.
+
     Raises
     ------
     AssertionError
@@ -541,7 +551,18 @@ def read_quality(levels: Sequence[Level]) -> SolutionQuality:
 
 
 def compute_peak_lobe_share(rung: Rung) -> float:
-    """Load fraction of the lobe with the highest peak (-); 1 for a single lobe."""
+    """Load fraction of the lobe with the highest peak (-); 1 for a single lobe.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    float
+        Fraction from 0 to 1.
+    """
     lobes = read_patch(rung).lobes
     return lobes[0].force_share if len(lobes) > 1 else 1.0
 

@@ -185,7 +185,7 @@ def judge_theory(
     theory_contact
         Contact predicted by the theory.
     moves
-        Shifts of its deviations over the profile variants; `EXACT` for exact profiles.
+        Shifts of its deviations over the profile variants; `NO_SHIFTS` for exact profiles.
     by
         `fe`: compare with the contact on the finer nodes. `elements`: compare with the contact on the elements' nodes.
         `profiles`: compare with the contact on the finer nodes, with the uncertainty of the profiles alone, as if the

@@ -183,6 +183,20 @@ def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool
     """Uncertainty of a measure that no mesh removes.
 
     Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
+
+    Parameters
+    ----------
+    measure
+        Name of a measure or a misfit.
+    value
+        Value of the measure, in its unit.
+    shared
+        Whether the patch shares its load with another patch.
+
+    Returns
+    -------
+    float or None
+        Uncertainty of the value.
     """
     return estimate_uncertainty(measure, [value], SolutionQuality(shared=shared))
 
@@ -276,6 +290,16 @@ def estimate_cut_plane_share(value: float) -> float:
     """Uncertainty of a lobe's load fraction from the cut planes.
 
     The lobe takes this load from all other lobes, or loses it to them.
+
+    Parameters
+    ----------
+    value
+        Fraction of the load on the lobe, from 0 to 1.
+
+    Returns
+    -------
+    float
+        Uncertainty of the fraction (-).
     """
     return SEPARATE_LOAD_ERROR * min(value, 1.0 - value)
 
@@ -321,7 +345,18 @@ def _cut_plane_uncertainty(measure: str, value: float, shared: bool) -> float:
 
 
 def estimate_turned_force_uncertainty(turned_force: float) -> float:
-    """Relative uncertainty of the peak from a force along another normal."""
+    """Relative uncertainty of the peak from a force along another normal.
+
+    Parameters
+    ----------
+    turned_force
+        Relative difference of the force along another normal (-), from `Level.turned_force`.
+
+    Returns
+    -------
+    float
+        Relative uncertainty (-).
+    """
     return UNCERTAINTIES["p_max_MPa"].lobe_load_exponent * abs(turned_force)
 
 

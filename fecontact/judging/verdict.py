@@ -72,7 +72,18 @@ class Verdict:
         return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
 
     def usable(self, is_usable: bool) -> Verdict:
-        """Verdict of a usable result; UNRESOLVED for an unusable result."""
+        """Verdict of a usable result; UNRESOLVED for an unusable result.
+
+        Parameters
+        ----------
+        is_usable
+            Whether the numbers of the result may be used.
+
+        Returns
+        -------
+        Verdict
+            The verdict, or the verdict UNRESOLVED.
+        """
         return self if is_usable else replace(self, answer="UNRESOLVED")
 
 
@@ -141,7 +152,7 @@ def judge_profile_variants(
     deviation, uncertainty
         Deviation on the reference variant and its numerical uncertainty (-), by the name of the measure, as in `judge`.
     shifts
-        Shift of each deviation from the reference variant to each profile variant; `EXACT` for an exact profile.
+        Shift of each deviation from the reference variant to each profile variant; `NO_SHIFTS` for an exact profile.
     criteria
         Limits of the judged measures.
 
@@ -379,6 +390,16 @@ def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, J
     """Judgement with the worst answer; the last of equal answers.
 
     The gauge side comes first, so that the field side wins a tie.
+
+    Parameters
+    ----------
+    judgements
+        Judgements by the name of a side or a theory.
+
+    Returns
+    -------
+    Judgement
+        The judgement with the worst answer.
     """
     return max(
         reversed([*judgements.values()]), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement.verdict.answer)
@@ -386,7 +407,7 @@ def select_worst_judgement(judgements: Mapping[str, Judgement] | Mapping[Side, J
 
 
 def find_worst_verdict(judgements: Mapping[str, Judgement]) -> Verdict:
-    """Verdict of the `select_worst_judgement`."""
+    """Verdict of the judgement with the worst answer."""
     return select_worst_judgement(judgements).verdict
 
 
@@ -437,9 +458,7 @@ def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = F
 
 # --- Plastic verdict: first loading of virgin steel, and Hertz compared with bodies that yield.
 
-PLASTIC_VALIDITY = (
-    "first loading of virgin steel: shakedown, residual stress, friction and repeated passes are not in it"
-)
+PLASTIC_VALIDITY = "first loading of virgin steel, without shakedown, residual stress, friction and repeated passes"
 """Range of validity of the plastic rung, for every message and record with its numbers."""
 # Error of the load steps, as a fraction of the change from half as many load steps. Measured: 0.3 to 0.5.
 _LOAD_STEP_FRACTION = 0.5
@@ -769,14 +788,13 @@ def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
         return []
     contact, load_kN = verdict.yielded, verdict.yielded.first_yield_N / 1e3
     first_yield = (
-        f"the {contact.first_body} yields first, from {load_kN:.3g} kN"
-        f" ± {1e2 * verdict.first_yield_uncertainty:.0f} % on"
+        f"the {contact.first_body} yields first, at {load_kN:.3g} kN ± {1e2 * verdict.first_yield_uncertainty:.0f} %"
     )
     if not verdict.has_yielded:
-        return [f"plasticity: nothing yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
+        return [f"plasticity: no body yields under this load; {first_yield} ({PLASTIC_VALIDITY})"]
     if verdict.status != "converged":
         return [
-            f"plasticity: {first_yield}; what it does to the contact was not solved: {verdict.status}"
+            f"plasticity: {first_yield}; its effect on the contact was not solved: {verdict.status}"
             f" ({PLASTIC_VALIDITY})"
         ]
     step = contact.path[-1].steps

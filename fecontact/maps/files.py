@@ -75,7 +75,18 @@ class ColumnSizes:
         return self.font_of("")
 
     def font_of(self, text: str) -> float:
-        """Font size with which a text fits into a column, in points."""
+        """Font size with which a text fits into a column, in points.
+
+        Parameters
+        ----------
+        text
+            Text of the widest cell.
+
+        Returns
+        -------
+        float
+            Size in points, at most 9.5.
+        """
         characters = max(_FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
@@ -229,13 +240,13 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
     ]
     shifts = [column.shift_mm for column in view.columns]
     if any(after - before > column_width(shifts) for before, after in pairwise(shifts)):
-        handles.append(Patch(fc="w", ec="0.4", label="no shift was solved here"))
+        handles.append(Patch(fc="w", ec="0.4", label="no shift solved here"))
     if view.diamond:
         handles.append(Line2D([], [], ms=6, label=view.diamond, **_DIAMOND))
     marks = [("$-$", "solved at this load")]
     if sizes.has_numbers:
         has_further_loads = any(column.further_kN for column in view.columns)
-        marks = [("$-$", "further loads that were solved")] * has_further_loads + [("$0.5$", view.number)]
+        marks = [("$-$", "additional solved load")] * has_further_loads + [("$0.5$", view.number)]
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
         for mark, label in (*marks, *view.marks)

@@ -230,7 +230,18 @@ def find_load_limit(
 
 
 def find_intervals(answers_by_load: Sequence[tuple[float, Answer]]) -> tuple[LoadInterval, ...]:
-    """Intervals between loads with verdicts, by increasing load."""
+    """Intervals between loads with verdicts, by increasing load.
+
+    Parameters
+    ----------
+    answers_by_load
+        Loads in N with their verdicts, by increasing load.
+
+    Returns
+    -------
+    tuple of LoadInterval
+        Intervals without gaps between them.
+    """
     answer_stretches = find_stretches(answers_by_load, "UNRESOLVED")
     return tuple(LoadInterval(low_N=low_N, high_N=high_N, answer=answer) for low_N, high_N, answer in answer_stretches)
 

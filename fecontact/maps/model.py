@@ -28,6 +28,13 @@ class LoadInterval:
     """Interval of loads with a single verdict.
 
     The verdict is also UNRESOLVED between two loads with different verdicts.
+
+    Attributes
+    ----------
+    low_N, high_N
+        Ends of the interval in N.
+    answer
+        Verdict in the interval.
     """
 
     low_N: float
@@ -199,10 +206,11 @@ class ApplicabilityMap:
         counts = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
         return (
             f"<ApplicabilityMap {case.rail} and {case.wheel}, {len(self.positions)} shifts, {len(self.loads_N)} loads:"
-            f" Hertz in {len(cells)} cells {counts or 'nowhere solved'}>"
+            f" Hertz in {len(cells)} cells {counts or 'without a result'}>"
         )
 
     def _repr_html_(self) -> str:
+        """Table of the verdicts over shift and load, for a notebook."""
         rows = {
             f"{position.lateral_shift_mm:+g} mm": {f"{cell.load_kN:g} kN": cell.verdict for cell in position.cells}
             for position in self.positions
@@ -237,7 +245,13 @@ class ApplicabilityMap:
         return tuple(position.limit for position in self.positions)
 
     def rows(self) -> list[Row]:
-        """Flat row of each cell, with the columns of a case that the cell has."""
+        """Flat row of each cell, with the columns of a case that the cell has.
+
+        Returns
+        -------
+        list of dict
+            Rows by position, then by load.
+        """
         return [build_cell_row(cell, position.placement) for position in self.positions for cell in position.cells]
 
     @property

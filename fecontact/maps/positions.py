@@ -108,7 +108,18 @@ _FEWEST_LOADS = 3
 
 
 def fit_position_stiffness(cells: Sequence[MapCell]) -> Stiffness | None:
-    """Contact stiffness of a position from its usable loads; None for fewer than three loads."""
+    """Contact stiffness of a position from its usable loads; None for fewer than three loads.
+
+    Parameters
+    ----------
+    cells
+        Cells of a position.
+
+    Returns
+    -------
+    Stiffness or None
+        The fitted stiffness.
+    """
     loads = [cell.usable for cell in cells if cell.usable]
     return None if len(loads) < _FEWEST_LOADS else fit_stiffness(loads)
 
@@ -272,6 +283,21 @@ def _build_failed_cell(shift: float, load_N: float, error: Exception | str) -> M
 
 
 def build_failed_position(shift_mm: float, loads_N: Sequence[float], error: Exception | str) -> MapPosition:
-    """Position that could not be solved, with the reason in every cell."""
+    """Position that could not be solved, with the reason in every cell.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift in mm.
+    loads_N
+        Loads of the cells in N.
+    error
+        Reason of the failure.
+
+    Returns
+    -------
+    MapPosition
+        Position with failed cells and without a load limit.
+    """
     cells = tuple(_build_failed_cell(shift_mm, load_N, error) for load_N in loads_N)
     return MapPosition(lateral_shift_mm=shift_mm, cells=cells, limit=LoadLimit(reason=describe_failure(error)))

@@ -42,7 +42,7 @@ _MOST_PATCHES = 24
 _LARGEST_PAGE_BYTES, _BYTES_PER_CELL, _BYTES_PER_PICTURE = 4.9e6, 6e3, 32e3
 _CELL_WIDTH = 480
 _SMALL_PICTURE_WORDS = (
-    "Solid the patch, dashed Hertz, colours from zero to the larger of both peaks; below, cut across."
+    "Solid line: patch. Dashed line: Hertz. Colours from zero to the larger of both peaks. Below: lateral cut."
 )
 
 Pictures: TypeAlias = Mapping[tuple[float, float], bytes]
@@ -236,7 +236,7 @@ def format_map_lines(
 
 
 def _describe_wheel(case: Case) -> str:
-    hint = " Read the right wheel at the opposite shift."
+    hint = " For the other wheel, read the opposite shift."
     return f"The {case.side} wheel, {roll_words(case)}.{hint if other_wheel_label(case) else ''}"
 
 
@@ -261,7 +261,7 @@ def _build_pictures(
         load, placement = largest_loads[len(largest_loads) // 2]
         shift = load.case.lateral_shift_mm
         words = (
-            f"Section through the first touch point at {shift:+z.2f} mm, the middle one of the positions shown below."
+            f"Section through the first contact point at {shift:+z.2f} mm, the middle position of those shown below."
         )
         parts.append(Picture(content=render_svg(pair_figure(placement)), words=words))
     ladder_rows = [
@@ -271,7 +271,7 @@ def _build_pictures(
         if position.cells
     ]
     if (ladder := ladder_figure(ladder_rows)) is not None:
-        words = "The ladder at the largest load: what the shape of the gap, and then the finite bodies, change."
+        words = "Ladder at the largest load: the change by the shape of the gap, then the change by the finite bodies."
         parts += [Heading("Shape of the gap, or finite bodies?"), Picture(content=render_svg(ladder), words=words)]
     if largest_loads:
         words = f"Pressure at the largest load of each position. {_SMALL_PICTURE_WORDS}"
@@ -291,7 +291,7 @@ def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
         build_verdict_view(applicability_map),
         *(build_feature_view(applicability_map, name) for name in feature_verdicts),
     ]
-    headings = ("as judged here", *(load_offers("MAPS")[name].short for name in feature_verdicts))
+    headings = ("pressure", *(load_offers("MAPS")[name].short for name in feature_verdicts))
     rows = [
         TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
         for columns in zip(*(view.columns for view in views), strict=True)
@@ -302,7 +302,7 @@ def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
 def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
     """Table of cells with the verdict and the cheapest theory that holds."""
     words = ("decided by", "cheapest theory that holds")
-    headings = ("shift mm", "load kN", "Hertz", "share of the limit", words[0], "unknowns", words[1])
+    headings = ("shift mm", "load kN", "Hertz", "limit utilisation", words[0], "unknowns", words[1])
     rows = []
     for cell in applicability_map.cells:
         load = cell.judged
@@ -322,8 +322,8 @@ def _describe_load(load: JudgedLoad) -> list[str]:
 
 
 _ANSWERS_WITHOUT_THEORY = {
-    "UNRESOLVED": "open whether a cheaper one holds",
-    "none": "none holds",
+    "UNRESOLVED": "open whether a cheaper theory holds",
+    "none": "no theory holds",
     "failed": "could not be solved",
 }
 
@@ -333,7 +333,7 @@ _SHARE_COLUMNS = (
     number_column("cheapest\ncells", "cheapest_cells", "{:.0f}"),
     number_column("cheapest\n%", "cheapest_percent", "{:.0f}"),
     number_column("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number_column("largest\nshare of\nthe limit", "largest_limit_used", "{:.2f}"),
+    number_column("largest\nlimit\nutilisation", "largest_limit_used", "{:.2f}"),
     number_column("holds\n%", "holds_percent", "{:.0f}"),
 )
 
@@ -352,4 +352,6 @@ def build_shares_table(shares: Sequence[TableRecord]) -> Table:
         Table without the theories that were judged in no cell.
     """
     occurring_shares = [share for share in shares if share["cheapest_cells"] or "cost" in share]
-    return make_table("The cheapest theory that holds, and where each holds", _SHARE_COLUMNS, occurring_shares)
+    return make_table(
+        "Cheapest theory that holds, and cells in which each theory holds", _SHARE_COLUMNS, occurring_shares
+    )

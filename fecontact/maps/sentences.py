@@ -108,7 +108,7 @@ def write_theory_sentences(view: MapView) -> list[str]:
                 f"{begin} is {theory.in_sentence} {places}{places_out and f', out of its range {places_out}'}."
             )
     if places := _describe_places(view, "FAILS"):
-        sentences.append(f"None holds {places}.")
+        sentences.append(f"No theory holds {places}.")
     return sentences + _count_unusable(view)
 
 
@@ -169,9 +169,9 @@ def _describe_cause(position: MapPosition) -> str:
 def _count_unusable(view: MapView) -> list[str]:
     """Sentence on the numbers of open cells and cells without a result; empty without such cells."""
     answers = [cell.answer for column in view.columns for cell in column.cells]
-    counts = ((answers.count("UNRESOLVED"), "open"), (answers.count("failed"), "without a result"))
+    counts = ((answers.count("UNRESOLVED"), "unresolved"), (answers.count("failed"), "without a result"))
     phrases = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]
-    return [f"Of {len(answers)} cells {' and '.join(phrases)}."] if phrases else []
+    return [f"Of {len(answers)} cells, {' and '.join(phrases)}."] if phrases else []
 
 
 def _join_shifts(shifts_mm: Sequence[float], indices: Sequence[int]) -> str:

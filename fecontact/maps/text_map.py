@@ -48,7 +48,7 @@ def format_map_table(view: MapView, *, width: int | None = None) -> str:
 
 def _position_text(case: Case) -> str:
     other_label = other_wheel_label(case)
-    hint = "; the other wheel at a shift is this one at the opposite shift" if other_label else ""
+    hint = "; for the other wheel, read the opposite shift" if other_label else ""
     return f"{case.side} wheel, {roll_words(case)}{hint}"
 
 

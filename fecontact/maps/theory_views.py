@@ -25,7 +25,7 @@ _PRESSURE_COLOURS = (
     *("#f5d2a8", "#f5b878"),
 )
 _OPEN, _NONE, _LOST = "UNRESOLVED", "FAILS", "failed"
-_OUT_MARK, _OUT_WORDS = "*", "out of its range"
+_OUT_MARK, _OUT_WORDS = "*", "out of range"
 
 
 def find_judged_laws(applicability_map: ApplicabilityMap) -> dict[str, LawReadingView]:
@@ -74,8 +74,8 @@ def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
         laws={name: {"words": THEORIES[name].words} for name in names},
         read=judgements_by_theory,
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
-        note=f"{title}, and the largest share of a limit that it uses",
-        number="share of the error limit\nthat it uses; above 1 it does not hold",
+        note=f"{title}, with its limit utilisation",
+        number="limit utilisation;\nabove 1 the theory does not hold",
         of=lambda _, judged_names: format_utilisation(judged_names.limit_used),
         in_range=applicability_map.case.criteria.theories_in_range,
     )

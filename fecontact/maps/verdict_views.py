@@ -28,7 +28,7 @@ CAUSES: Mapping[str, tuple[str, str]] = {
     "curvature change within the patch": ("J", "the patch reaches a change of curvature"),
     "conformity": ("C", "the surfaces conform"),
     "curvature varies over the patch": ("V", "the curvature varies over the patch"),
-    JUNCTION_CAUSE: ("U", "the curvature jumps at the touch point"),
+    JUNCTION_CAUSE: ("U", "the curvature jumps at the contact point"),
     PROFILE_CAUSE: ("P", PROFILE_CAUSE),
     ELEMENTS_CAUSE: ("E", ELEMENTS_CAUSE),
     PLASTIC_STEP.cause: ("Y", "the bodies yield"),
@@ -77,12 +77,12 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
         {cause: mark for cause, mark in CAUSES.items() if is_hertz},
         title=f"where {words} holds{describe_bodies(applicability_map, is_hertz)}",
         criterion=limits_text(applicability_map.case.criteria),
-        number=f"share of the error limit\nthat {name} uses; above 1 it does not hold"
+        number=f"limit utilisation of {name};\nabove 1 it does not hold"
         + "\n%: load on separate patches" * has_separate_load,
         notes=[
-            f"{_SIGN_WORDS} could not be solved; peak pressure, {words} against FE in %",
+            f"{_SIGN_WORDS} could not be solved; peak pressure, deviation of {words} from FE in %",
             f"decided by {', '.join(f'{MEASURE_WORDS[key].letter} {MEASURE_WORDS[key].short}' for key in limits)}",
-            *["where the theory is undefined, Hertz is shown"] * (not is_hertz),
+            *["Hertz is shown where the theory is undefined"] * (not is_hertz),
             *describe_first_yield(applicability_map),
             *[f"{_OTHER_HOLDS} {other_theories} holds"] * bool(other_theories),
         ],
@@ -117,10 +117,10 @@ def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapVie
         verdicts.causes,
         title=verdicts.title,
         criterion=criterion,
-        number="share of the error limit\nthat Hertz uses; above 1 it does not hold",
+        number="limit utilisation of Hertz;\nabove 1 it does not hold",
         notes=[
-            f"{_SIGN_WORDS} {verdicts.lost}; part of the limit of {criterion}",
-            f"off by {', '.join(f'{letter} {cause}' for cause, (letter, _) in verdicts.causes.items())}",
+            f"{_SIGN_WORDS} {verdicts.lost}; number: limit utilisation, limit {criterion}",
+            f"cause: {', '.join(f'{letter} {cause}' for cause, (letter, _) in verdicts.causes.items())}",
         ],
     )
 
@@ -174,8 +174,8 @@ def _build_view(
             if answer in drawn_answers
         ],
         marks=[
-            *[("$!$", "not to be used")] * (not applicability_map.all_solved),
-            *[("$8/12$", "on how many lines of the points\nit holds, and their colour")] * has_shares,
+            *[("$!$", "no usable result")] * (not applicability_map.all_solved),
+            *[("$8/12$", "profile variants on which it holds,\nwith their colour")] * has_shares,
             *((rf"$\mathbf{{{letter}}}$", cause) for letter, cause in causes.values() if letter in letters),
         ],
         **words,
@@ -220,7 +220,7 @@ def describe_first_yield(applicability_map: ApplicabilityMap) -> list[str]:
         for position in applicability_map.positions
         if FIRST_YIELD in (loads := position.yield_loads_N)
     ]
-    return [f"first yield from {min(loads_kN):.3g} kN on; {PLASTIC_VALIDITY}"] if loads_kN else []
+    return [f"smallest load of first yield {min(loads_kN):.3g} kN; {PLASTIC_VALIDITY}"] if loads_kN else []
 
 
 def list_bands(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
@@ -303,7 +303,9 @@ def _find_theory_limit(position: MapPosition, theory: str) -> LoadLimit:
     ]
     return LoadLimit(
         intervals=find_intervals(answers_by_load),
-        reason=None if answers_by_load else position.limit.reason or f"no contact by {THEORIES[theory].in_sentence}",
+        reason=None
+        if answers_by_load
+        else position.limit.reason or f"no contact predicted by {THEORIES[theory].in_sentence}",
         note=position.limit.note,
     )
 

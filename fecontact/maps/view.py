@@ -18,7 +18,7 @@ CLOSE_SHIFTS_MM, _WIDTH_PER_STEP, _LARGEST_WIDTH_MM = 0.5, 0.7, 1.0
 
 YIELD_WORDS: Mapping[str, str] = {
     FIRST_YIELD: "first yield of virgin steel",
-    PLASTIC_LIMIT: "yielding alone takes up a limit\nat first loading",
+    PLASTIC_LIMIT: "yielding alone reaches a limit\nat first loading",
 }
 
 

@@ -43,8 +43,8 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
     check_theory(theory)
     if measure != "pressure" and theory != HERTZ:
         raise InputError(
-            f"theory is {theory!r}, but the measure is {measure!r}; leave one of them out: a theory goes with the"
-            " measure pressure, and the measure theory has all of them"
+            f"theory is {theory!r}, but the measure is {measure!r}; leave one of them out: a theory needs the"
+            " measure pressure, and the measure theory shows all theories"
         )
 
 

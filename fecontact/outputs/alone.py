@@ -225,7 +225,7 @@ _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
-    return f"{worst[name]:.2g} % (beside {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
+    return f"{worst[name]:.2g} % (next to {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
 
 
 def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
@@ -238,7 +238,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         The table, the errors of interpolation, and the problems of single lines.
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)
@@ -249,8 +249,8 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
         if any(name in row for row in rows)
     ]:
         yield (
-            f"interpolated straight between lines, in the middle of shifts and loads, the strips' approach is off by up"
-            f" to {worst_texts[0]}, their stiffness by up to {worst_texts[1]}; finer steps there bring less"
+            "error of linear interpolation midway between shifts and loads: approach of the strip method up to"
+            f" {worst_texts[0]}, stiffness up to {worst_texts[1]}; smaller steps there reduce it"
         )
     for row in rows:
         for note in filter(None, (row["problem"], row.get("hertz_notes"))):

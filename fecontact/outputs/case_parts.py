@@ -83,11 +83,11 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     yield f"{title}:" if title else ""
     yield f"Hertz {verdict['answer']}{reference}; {verdict_reason_of_record(record)}"
     other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
-    yield f"it fails by {names_text(other_measures)} as well" if other_measures else ""
+    yield f"also failing: {names_text(other_measures)}" if other_measures else ""
     open_measures = [
         name for name, answer in verdict["each"].items() if answer == "UNRESOLVED" and name != verdict["measure"]
     ]
-    yield f"open are {names_text(open_measures)} as well" if open_measures else ""
+    yield f"also undecided: {names_text(open_measures)}" if open_measures else ""
     if reference:
         yield record["plastic"][HERTZ]["cancelling"]
         yield f"{elastic_words(elastic['verdict']['answer'])}; {verdict_reason_of_record(elastic)}"
@@ -111,9 +111,7 @@ def _theory_lines(record: TableRecord) -> Iterator[str]:
     by_answer: dict[str, list[str]] = {}
     for name, theory in theories.items():
         answer = elastic["verdict"]["answer"] if name in HERTZ_OF_EACH_SIDE else theory["verdict"]["answer"]
-        range_part = (
-            " (out of its range)" if theory["status"] == "out of range" and name not in HERTZ_OF_EACH_SIDE else ""
-        )
+        range_part = " (out of range)" if theory["status"] == "out of range" and name not in HERTZ_OF_EACH_SIDE else ""
         by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_part}")
     yield reference + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
 
@@ -126,7 +124,7 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     for name in (name for name in HERTZ_OF_EACH_SIDE if name in judged):
         side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
         bodies = f"{'elastic ' * _has_plastic_step(record)}finite elements"
-        title = f"Hertz against {bodies}{side_part if HERTZ_GAUGE in judged else ''}"
+        title = f"Hertz and {bodies}{side_part if HERTZ_GAUGE in judged else ''}"
         yield measures_table(record, record["theories"][name], title)
     for name, theory in judged.items():
         if name not in HERTZ_OF_EACH_SIDE:
@@ -151,8 +149,8 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
         if record[name] is not None:
             yield from telling.parts(record[name])
     if "von_mises" in record:
-        yield "largest von Mises stress: " + ", ".join(
-            f"{name} {peak['von_mises_MPa']:.0f} MPa {peak['depth_mm']:.2f} mm below its surface"
+        yield "highest von Mises stress: " + ", ".join(
+            f"{name} {peak['von_mises_MPa']:.0f} MPa at a depth of {peak['depth_mm']:.2f} mm"
             for name, peak in record["von_mises"].items()
         )
     if "seconds" in record["solver"]:
@@ -164,13 +162,13 @@ def _mesh_lines(record: TableRecord) -> Iterator[str]:
     elements, solver = record["elements"], record["solver"]
     yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
     yield (
-        f"beside the verdict: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
+        f"not judged: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}"
     )
     error = elements["compliance_error"]
     yield (
-        f"the elements' own, coarser nodes place {1e2 * elements['misfit']:.1f} % of the load differently; their"
-        f" compliance {'is not seen' if error is None else f'differs from a half-space by {1e2 * error:+.1f} %'}"
+        f"on the nodes of the elements {1e2 * elements['misfit']:.1f} % of the load is at a different place; their"
+        f" compliance {'is not checked' if error is None else f'differs from a half-space by {1e2 * error:+.1f} %'}"
     )
     yield (
         f"normal force {record['normal_force_N'] / 1e3:.3f} kN, Hertz stiffness"
@@ -180,8 +178,8 @@ def _mesh_lines(record: TableRecord) -> Iterator[str]:
     yield (
         f"solver {solver.get('path', '')}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals"
         f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}; balance of the"
-        f" load {solver['load_balance']:.0e}, of the force on both bodies {solver['force_balance']:.0e}, of its moment"
-        f" {solver['moment_balance']:.0e}"
+        f" load {solver['load_balance']:.0e}, of the forces on both bodies {solver['force_balance']:.0e}, of their"
+        f" moments {solver['moment_balance']:.0e}"
     )
 
 
@@ -192,12 +190,12 @@ def _elements_verdict_text(record: TableRecord) -> str:
     """
     answer = record["elements"]["hertz"]["verdict"]["answer"]
     is_refined_for_evidence = record.get("case", {}).get("refine", "evidence") == "evidence"
-    remedy = "; --refine evidence: until they know" * (answer == "UNRESOLVED" and not is_refined_for_evidence)
-    return f"the elements by themselves, on their own nodes: Hertz {answer}{remedy}"
+    remedy = "; to decide, use --refine evidence" * (answer == "UNRESOLVED" and not is_refined_for_evidence)
+    return f"verdict on the nodes of the elements: Hertz {answer}{remedy}"
 
 
 def _status_word(answer: str) -> str:
-    return "open" if answer == "UNRESOLVED" else "decided"
+    return "undecided" if answer == "UNRESOLVED" else "decided"
 
 
 def refinement(elements_a_semi_axis: Sequence[float]) -> str:

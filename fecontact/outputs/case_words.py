@@ -77,7 +77,7 @@ def roll_words(case: Case) -> str:
     fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
     if can_form_wheelset(case.rail, case.wheel):
         return fixed
-    reason = "a crane rail has" if is_crane_rail(case.rail) else "lines given by their radii have"
+    reason = "a crane rail has" if is_crane_rail(case.rail) else "profiles given by their radii have"
     return f"{fixed} ({reason} no wheelset)"
 
 
@@ -108,7 +108,7 @@ def roll_words_of_rows(rows: Sequence[RowMapping]) -> str:
         )
     rolls = {float(row["roll_mrad"]) for row in rolled_rows}
     if kinds == {"given"}:
-        return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed case by case"
+        return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed for each case"
     return f"{TOUCHING_ROLL_WORDS}, or fixed" if kinds else ""
 
 
@@ -118,7 +118,7 @@ def _loaded_roll_words(side: str, load_kN: float | None, opposite_load_kN: float
     Both loads are in kN. A load is None if it is equal to the load of the cases.
     """
     if opposite_load_kN is None:
-        return LOADED_ROLL_WORDS if load_kN is None else f"roll of the wheelset under {load_kN:g} kN a wheel"
+        return LOADED_ROLL_WORDS if load_kN is None else f"roll of the wheelset under {load_kN:g} kN per wheel"
     opposite_part = f"{opposite_load_kN:g} kN on its {_OPPOSITE_SIDE[side]} wheel"
     if load_kN is None:
         return f"{LOADED_ROLL_WORDS}, {opposite_part}"
@@ -130,7 +130,18 @@ def _read_number(row: RowMapping, column: str) -> float | None:
 
 
 def shift_label(case: Case) -> str:
-    """Label of an axis over the lateral shift; for a wheelset it names the wheel."""
+    """Label of an axis over the lateral shift; for a wheelset it names the wheel.
+
+    Parameters
+    ----------
+    case
+        Case whose side and roll decide the label.
+
+    Returns
+    -------
+    str
+        Label with its unit.
+    """
     if case.roll == "given" and case.side == "left":
         return SHIFT_LABEL
     return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_SHIFT_SIGN_WORDS[case.side]})"

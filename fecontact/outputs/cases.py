@@ -136,7 +136,7 @@ _EFFORT_COLUMNS = (
 _PEAKS = (
     number_column("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
     number_column("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number_column("share of the limit", "verdict_limit_used", "{:.2f}"),
+    number_column("limit utilisation", "verdict_limit_used", "{:.2f}"),
 )
 
 
@@ -227,8 +227,8 @@ def verdict_table(cases: Sequence[ReportedCase]) -> Table:
         text_column("Hertz", verdict_of, "answer"),
         *[text_column("Hertz against elastic bodies", "elastic_verdict_answer", "answer")]
         * any("elastic_verdict_answer" in row for row in rows),
-        text_column("decided by", lambda row: deciding_measure_text(row, row["limits"])),
-        text_column("because", "verdict_cause"),
+        text_column("deciding measure", lambda row: deciding_measure_text(row, row["limits"])),
+        text_column("cause", "verdict_cause"),
         *_PEAKS,
         *[text_column("cheapest theory that holds", cheapest_words)] * has_theories,
         *(
@@ -272,9 +272,9 @@ def elements_table(record: TableRecord) -> Table:
         ]
         lines.append(TableRow(cells=[*cells, answer], tone=_TONES[answer]))
     columns = make_columns(
-        "own nodes", "finer nodes", "Hertz off\nown nodes", "±", "limit", "answer", texts=("answer",)
+        "FE\nelement nodes", "FE\nfiner nodes", "deviation\nelement nodes", "±", "limit", "answer", texts=("answer",)
     )
-    title = f"The elements by themselves: Hertz {hertz['verdict']['answer']} (verdict: {record['verdict']['answer']})"
+    title = f"On the nodes of the elements: Hertz {hertz['verdict']['answer']} (verdict: {record['verdict']['answer']})"
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
 
@@ -318,7 +318,7 @@ def measures_table(
         ]
         cells += [words.limit_text(limits[measure]) if measure in limits else "", answers.get(measure, "not judged")]
         lines.append(TableRow(cells=cells, tone=_TONES.get(answers.get(measure, ""), "dim")))
-    columns = make_columns("FE", name, "off by", "±", "limit", "answer", texts=("answer",))
+    columns = make_columns("FE", name, "deviation", "±", "limit", "answer", texts=("answer",))
     # without room the names take two lines
     return Table(title=title, columns=[Column(heading="measure", kind="text", wraps=True), *columns], rows=lines)
 
@@ -327,9 +327,9 @@ _THEORY_COLUMNS = (
     text_column("theory", lambda theory: THEORIES[theory["name"]].words),
     number_column("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
     number_column("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
-    number_column("share of\nthe limit", "limit_used", "{:.2f}", none=""),
+    number_column("limit\nutilisation", "limit_used", "{:.2f}", none=""),
     text_column(
-        "decided by",
+        "deciding measure",
         lambda theory: theory.get("problem") or MEASURE_WORDS[theory["verdict"]["measure"]].name,
         wraps=True,
     ),
@@ -364,22 +364,22 @@ def theories_table(record: TableRecord) -> Table:
 
 _PEAK_COLUMNS = (
     number_column("peak", "number", "{:.0f}"),
-    number_column("its s from the\ntouch point mm", "y_mm", "{:+z.1f}"),
+    number_column("s\nmm", "y_mm", "{:+z.1f}"),
     number_column("peak\nMPa", "p_max_MPa", "{:.0f}"),
-    number_column("of the force\n%", "force_share", "{:.1f}", 1e2),
+    number_column("force\n% of load", "force_share", "{:.1f}", 1e2),
 )
 _LOBE_COLUMNS = (
-    text_column("part", lambda lobe: "patch" if lobe["separate"] else "lobe"),
-    number_column("centre at\nrail y mm", "rail_y_mm", "{:+z.1f}"),
-    number_column("its force\nkN", "normal_force_N", "{:.2f}", 1e-3),
-    number_column("\n± %", lambda lobe: lobe["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of its force"),
+    text_column("kind", lambda lobe: "patch" if lobe["separate"] else "lobe"),
+    number_column("centre\nrail y mm", "rail_y_mm", "{:+z.1f}"),
+    number_column("force\nkN", "normal_force_N", "{:.2f}", 1e-3),
+    number_column("\n± %", lambda lobe: lobe["fe_uncertainty"]["normal_force_N"], "{:.1f}", 1e2, name="± of force"),
     number_column("p_max\nFE MPa", lambda lobe: lobe["fe"]["p_max_MPa"], "{:.0f}"),
     number_column("\n± %", lambda lobe: lobe["fe_uncertainty"]["p_max_MPa"], "{:.1f}", 1e2, name="± of p_max"),
     number_column("p_max\ndev %", lambda lobe: lobe["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2),
     number_column("area\ndev %", lambda lobe: lobe["deviation"].get("area_mm2"), "{:+z.1f}", 1e2),
     text_column(
-        "decided by",
-        lambda lobe: MEASURE_WORDS[lobe["verdict"]["measure"]].short if lobe["verdict"] else "no ellipse there",
+        "deciding\nmeasure",
+        lambda lobe: MEASURE_WORDS[lobe["verdict"]["measure"]].short if lobe["verdict"] else "no ellipse",
     ),
     text_column("Hertz", lambda lobe: lobe["verdict"]["answer"] if lobe["verdict"] else "none", "answer"),
 )
@@ -391,7 +391,18 @@ def lobes_table(record: TableRecord) -> Table:
 
 
 def peaks_table(record: TableRecord) -> Table:
-    """Table of the peaks of a contact, the highest first."""
+    """Table of the peaks of a contact, the highest first.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    Table
+        Table with a row for each peak.
+    """
     peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
     counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
     return make_table(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
@@ -472,7 +483,7 @@ def plastic_tables(record: TableRecord) -> list[Table]:
         ),
         text_column("+15 %", lambda measure: MEASURE_WORDS[measure].deviation_text(higher[measure]), "number"),
     ]
-    change_tables = [make_table(f"What yielding changes ({plastic['range']})", columns, lower)] if lower else []
+    change_tables = [make_table(f"Changes by yielding ({plastic['range']})", columns, lower)] if lower else []
     bodies = ({**body, "name": name} for name, body in plastic["bodies"].items())
     return [*change_tables, make_table("Bodies that yield", _YIELDING_COLUMNS, bodies)]
 
@@ -487,6 +498,16 @@ def numbers_table(record: TableRecord) -> Table:
     """Table of all numbers of a record by their paths.
 
     The columns of tables have these paths as names.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    Table
+        Table with a row for each number, without the inputs of the case and the versions.
     """
     entries = {name: value for name, value in record.items() if name not in ("case", "theories", "versions")}
     numbers = flatten({**entries, **judged_theories(record)}).items()

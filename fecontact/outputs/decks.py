@@ -227,10 +227,10 @@ def _step_lines(pair: MeshedPair, load_point: int) -> list[str]:
     load_N = pair.case.load_N * (0.5 if half else 1.0)
     static_lines = ["*STATIC", "1., 1."]
     return [
-        "** the rim comes down by the approach of half-spaces",
+        "** step 1: lower the rim by the approach of half-spaces",
         *("*STEP, INC=100", *static_lines, "*BOUNDARY", *held_lines, f"{load_point}, 3, 3, {-pair.approach_mm:.9e}"),
         "*END STEP",
-        f"** then the load{', half of it on the half model' if half else ''}",
+        f"** step 2: apply the load{', half of it on the half model' if half else ''}",
         *(
             "*STEP, INC=100",
             *static_lines,

@@ -26,6 +26,14 @@ def to_dataframe(results: CaseResult | HasRows | Iterable[CaseResult]) -> pandas
     -------
     pandas.DataFrame
         One line per case or cell. The names of the columns contain the units.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> fecontact.to_dataframe([result])[["load_kN", "verdict_answer"]].values.tolist()
+    [[100.0, 'HOLDS']]
     """
     import pandas
 

@@ -214,7 +214,7 @@ _COLUMNS = (
     radius_column("R rail\nmm", "rail_radius_mm"),
     radius_column("R wheel\nacross mm", "wheel_lateral_radius_mm", rank=5, name="radius of the wheel across"),
     radius_column("R wheel\nrolling mm", "wheel_rolling_radius_mm", rank=1, name="radius of the wheel along the rail"),
-    text_column("touch\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
+    text_column("contact\npoints", lambda row: f"{row['points']}{' junction' * row['at_junction']}", "number"),
 )
 
 
@@ -230,7 +230,7 @@ def contact_functions_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     mirrored = record["symmetric"] and record["case"]["yaw_rad"] == 0.0
@@ -241,14 +241,14 @@ def contact_functions_lines(record: TableRecord) -> OutputLines:
         yield "The right wheel at a shift is the left wheel at the opposite shift."
     for jump in (jump for jump in record["jumps"] if jump["side"] in sides):
         yield (
-            f"jump at {jump['shift_mm']:+z.3f} mm: the {jump['side']} rail is touched first at y ="
-            f" {jump['from_rail_y_mm']:+z.2f} mm below it, at {jump['to_rail_y_mm']:+z.2f} mm above it"
+            f"jump at a shift of {jump['shift_mm']:+z.3f} mm: the first contact point on the {jump['side']} rail moves"
+            f" from y = {jump['from_rail_y_mm']:+z.2f} mm (smaller shifts) to {jump['to_rail_y_mm']:+z.2f} mm"
         )
     if record["equivalent_conicity"]:
         yield from _conicity_lines(record)
     for row in record.get("loaded_conicity", ()):
         yield (
-            f"loaded, {row['wheel_load_N'] / 1e3:g} kN a wheel, {row['amplitude_mm']:g} mm: conicity"
+            f"loaded with {row['wheel_load_N'] / 1e3:g} kN per wheel, amplitude {row['amplitude_mm']:g} mm: conicity"
             f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space"
         )
     for row in record["positions"]:
@@ -264,7 +264,7 @@ def _conicity_lines(record: TableRecord) -> OutputLines:
     """
     shift_mm = record["equal_radii_shift_mm"]["unrolled"]
     if math.isnan(shift_mm):
-        yield "the rolling radii are equal at none of the shifts: no equivalent conicity"
+        yield "no equivalent conicity, because the rolling radii are not equal at any shift"
         return
     if shift_mm:
         yield f"without roll the rolling radii are equal at a shift of {shift_mm:+z.3f} mm"
@@ -274,7 +274,7 @@ def _conicity_lines(record: TableRecord) -> OutputLines:
             f" ({_conicity_text(row[f'{prefix}rolled'])})"
             for row in record["equivalent_conicity"]
         )
-        yield f"equivalent conicity by amplitude, {method}, without roll (with it in brackets): {values}"
+        yield f"equivalent conicity by amplitude, {method}, without roll (with roll in brackets): {values}"
 
 
 def _conicity_text(value: float) -> str:
@@ -284,7 +284,7 @@ def _conicity_text(value: float) -> str:
 def _side_table(record: TableRecord, side: str) -> Table:
     """Table of a side of the wheelset at each shift, by its first touch point."""
     placed_rows = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
-    title = f"The {side} wheel on its rail; lengths in mm, radii positive where convex"
+    title = f"The {side} wheel on its rail; lengths in mm, convex radii are positive"
     return make_table(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
 
 
@@ -325,7 +325,7 @@ def draw_contact_functions(case: Case, contact_functions: ContactFunctions, path
         jumps = [jump.shift_mm for jump in contact_functions.jumps if jump.side == side]
         _draw_with_jumps(axes[0, 1], shifts, places_mm, jumps, colour).set_label(f"{side} rail")
         _draw_with_jumps(axes[1, 0], shifts, 1e3 * angles, jumps, colour).set_label(f"{side} wheel")
-    axes[0, 1].set_ylabel("first touch point on the rail, mm\n(> 0: field side)")
+    axes[0, 1].set_ylabel("first contact point on the rail, mm\n(> 0: field side)")
     axes[1, 0].set_ylabel("contact angle, mrad")
     for ax in (axes[0, 0], axes[0, 1], axes[1, 0]):
         ax.set_xlabel("lateral shift of the wheelset, mm (> 0: to the left)")

@@ -20,7 +20,7 @@ _ELLIPSE_COLUMNS = (
     number_column("p0\nMPa", "p_max_MPa", "{:.1f}"),
     number_column("a\nmm", "a_mm", "{:.3f}"),
     number_column("b\nmm", "b_mm", "{:.3f}"),
-    number_column("turned\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
+    number_column("rotation\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
     number_column("area\nmm²", "area_mm2", "{:.2f}"),
     number_column("approach\nmm", "approach_mm", "{:.5f}"),
 )
@@ -49,12 +49,14 @@ def hertz_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     yield from pair_geometry_lines(record)
     yield touch_point_table(record)
-    yield make_table("Hertz's ellipse, each with the whole load", _ELLIPSE_COLUMNS, record["ellipses"])
+    yield make_table(
+        "Hertz's ellipse at each contact point, under the whole load", _ELLIPSE_COLUMNS, record["ellipses"]
+    )
     if len(record["springs"]["patches"]) > 1:
         yield _shared_load_text(record["springs"])
     for ellipse in record["ellipses"]:
@@ -68,8 +70,8 @@ def _shared_load_text(springs: TableRecord) -> str:
         f"point {patch['touch_point'] + 1} {patch['normal_force_N'] / 1e3:.1f} kN, p0 {patch['p_max_MPa']:.0f} MPa"
         for patch in springs["patches"]
     )
-    overlap = "; but their ellipses overlap: they are one patch" if springs["overlapping"] else ""
-    return f"As springs side by side they share the load: {'; '.join(patch_texts)}{overlap}."
+    overlap = "; the ellipses overlap, so that they are a single patch" if springs["overlapping"] else ""
+    return f"Load shared by parallel springs: {'; '.join(patch_texts)}{overlap}."
 
 
 def touch_point_table(record: TableRecord) -> Table:
@@ -92,4 +94,4 @@ def touch_point_table(record: TableRecord) -> Table:
         for place, touch in enumerate(record["touch_points"], start=1)
         for is_field_side, curvature in enumerate(touch["curvatures"])
     ]
-    return make_table("Touch points (radii positive where convex)", _TOUCH_POINT_COLUMNS, rows)
+    return make_table("Contact points (convex radii are positive)", _TOUCH_POINT_COLUMNS, rows)

@@ -36,6 +36,14 @@ def mesh(source: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
     InputError
         If there is no such body; for a case as in `solve`; for a result that was read from a folder, since the folder
         has its meshes in `rail.vtu` and `wheel.vtu`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> rail = fecontact.mesh(fecontact.Case(**pair, resolution="quick"), "rail")
+    >>> bool(rail.point_data["contact"].any())
+    True
     """
     import pyvista
 
@@ -47,7 +55,7 @@ def mesh(source: Case | CaseResult, body: Literal["rail", "wheel"]) -> Any:
         coupled = source.bodies.coupled
         body_mesh = (coupled.rail if body == "rail" else coupled.wheel).mesh
     else:
-        raise InputError(f"a result that was read back has no meshes; pyvista.read(FOLDER / '{body}.vtu') has this one")
+        raise InputError(f"a stored result has no meshes; read this mesh with pyvista.read(FOLDER / '{body}.vtu')")
     grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: body_mesh.hexes}, body_mesh.points)
     for name, quads in body_mesh.surfaces.items():
         grid.point_data[name] = np.isin(np.arange(len(body_mesh.points)), quads).astype(np.uint8)

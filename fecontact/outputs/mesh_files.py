@@ -55,8 +55,8 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
     writer = _WRITERS.get(path.suffix.lower())
     if writer is None:
         raise InputError(
-            f"mesh file {path}: the ending {path.suffix or '(none)'} is not known; allowed are .msh (gmsh), .inp"
-            " (CalculiX, Abaqus) and .vtu (ParaView)"
+            f"mesh file {path}: the ending is {path.suffix or '(none)'}; allowed: .msh (gmsh), .inp (CalculiX, Abaqus),"
+            " .vtu (ParaView)"
         )
     if element not in ELEMENT_TYPES:
         raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")
@@ -157,7 +157,12 @@ def _write_inp(mesh: BodyMesh | MeshedPair, path: Path, element: ElementType) ->
 
 
 def _write_vtu(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
-    """Write a mesh file of ParaView."""
+    """Write a mesh file of ParaView.
+
+    The file has the undeformed mesh with quadrilaterals of its surfaces. Each surface has a point array of 0 and 1. The
+    `surface_id` of a cell is 0 for hexahedra, and the number of the surface for quadrilaterals. The element type is not
+    used.
+    """
     import meshio
 
     cells = _Cells.build(mesh)

@@ -28,6 +28,18 @@ def pair_geometry_record(case: Case, placement: Placement) -> Record:
     """Record with the line on the geometry.
 
     The line is None if both profiles are from the library or given by their radii.
+
+    Parameters
+    ----------
+    case
+        Case with both profiles.
+    placement
+        The wheel on the rail.
+
+    Returns
+    -------
+    dict
+        Record with the key `own_profiles`.
     """
     if all(is_short_form(spec) or is_library_name(spec) for spec in case.profiles.values()):
         return {"own_profiles": None}
@@ -80,7 +92,7 @@ def _rail_words(rail: Profile, inclination_rad: float) -> str:
     if rail.measured is None or not rail.measured.nominal:
         return words
     turn_mrad = 1e3 * rail.measured.held.registration.turn_rad
-    return f"{words}, its head in the file turned by {turn_mrad:+.1f} mrad against {rail.measured.nominal}"
+    return f"{words}, its head in the file rotated by {turn_mrad:+.1f} mrad relative to {rail.measured.nominal}"
 
 
 def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:

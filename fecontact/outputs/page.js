@@ -68,7 +68,7 @@ for (const figure of document.querySelectorAll(".relief")) {
   canvas.setAttribute("aria-label", still.querySelector("img").alt);
   still.hidden = true;
   still.after(canvas);
-  figure.querySelector("figcaption").append(" Drag it, or use the arrow keys, to turn it; + and - zoom.");
+  figure.querySelector("figcaption").append(" Drag it or use the arrow keys to rotate it; + and - zoom.");
   const raised = (x, y, z, ny, nz, p) => [x, y + p * of.mm_per_MPa * ny, z + p * of.mm_per_MPa * nz];
   const nodes = of.x.flatMap((x, i) => of.y.map((y, j) =>
     raised(x, y, of.z[j], of.ny[j], of.nz[j], of.p[i * ns + j])));

@@ -78,6 +78,18 @@ def body_words(body: str, name: str) -> str:
     """Rail or wheel with its name, such as "rail 60E1".
 
     The name stands alone if it is `rail` or `wheel` already.
+
+    Parameters
+    ----------
+    body
+        `rail` or `wheel`.
+    name
+        Identity of the profile.
+
+    Returns
+    -------
+    str
+        Words without the ending and the hash of a file.
     """
     short = short_name(name)
     return short if short.lower().partition(".")[0] == body else f"{body} {short}"

@@ -16,7 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading; a page has a single heading of level 1."""
+    """Heading; a page has a single heading of level 1.
+
+    Attributes
+    ----------
+    text
+        Text of the heading.
+    level
+        Level from 1.
+    """
 
     text: str
     level: int = 2
@@ -24,7 +32,15 @@ class Heading:
 
 @dataclass(frozen=True)
 class Lead:
-    """Answer of a document, with its style on a page."""
+    """Answer of a document, with its style on a page.
+
+    Attributes
+    ----------
+    text
+        The answer.
+    style
+        Classes of the style sheet, such as `lead holds`.
+    """
 
     text: str
     style: str = "lead"
@@ -32,14 +48,26 @@ class Lead:
 
 @dataclass(frozen=True)
 class Items:
-    """Notes, each in a separate line."""
+    """Notes, each in a separate line.
+
+    Attributes
+    ----------
+    lines
+        Texts of the notes.
+    """
 
     lines: Sequence[str]
 
 
 @dataclass(frozen=True)
 class Terms:
-    """Terms with their meanings."""
+    """Terms with their meanings.
+
+    Attributes
+    ----------
+    pairs
+        Each term with its meaning.
+    """
 
     pairs: Sequence[tuple[str, str]]
 
@@ -94,6 +122,15 @@ class Details:
     """Parts that are shown on demand: folded on a page, with `--long` on a terminal.
 
     Spots refer to details by their `name`.
+
+    Attributes
+    ----------
+    summary
+        Line that is always shown.
+    parts
+        Parts that are shown on demand.
+    name
+        Name for references.
     """
 
     summary: str

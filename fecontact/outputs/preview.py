@@ -76,15 +76,15 @@ def preview_lines(preview: Preview) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Touch points, ellipse, expected patch, junctions, elements and effort.
     """
     yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))
     patch, (dx, ds) = preview.expected, preview.element_size_mm
     for place, touch in enumerate(preview.placement.touch_points, start=1):
         yield (
-            f"touch point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact angle"
-            f" {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
+            f"contact point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact"
+            f" angle {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"
         )
     uncertainty_part = "" if preview.hertz_uncertainty is None else f"; {uncertainty_text(preview.hertz_uncertainty)}"
     yield (
@@ -93,7 +93,7 @@ def preview_lines(preview: Preview) -> OutputLines:
     )
     yield (
         f"expected patch: {patch.x_high_mm - patch.x_low_mm:.2f} mm along x, {patch.s_high_mm - patch.s_low_mm:.2f} mm"
-        f" across, from {patch.s_low_mm:+.2f} to {patch.s_high_mm:+.2f} mm of the touch point"
+        f" across, between {patch.s_low_mm:+.2f} and {patch.s_high_mm:+.2f} mm from the contact point"
     )
     junctions_below = [
         junction
@@ -103,11 +103,11 @@ def preview_lines(preview: Preview) -> OutputLines:
     junctions_text = ", ".join(
         f"{junction['profile']} at {junction['distance_mm']:+.2f} mm" for junction in junctions_below
     )
-    yield f"curvature junctions below it: {junctions_text or 'none'}"
+    yield f"curvature junctions in the patch: {junctions_text or 'none'}"
     yield (
         f"elements {dx:.3g} by {ds:.3g} mm, {preview.elements[0]} by {preview.elements[1]} in the fine zone: about"
         f" {round(preview.degrees_of_freedom, -3)} unknowns, {preview.cpu_seconds:.0f} CPU s and"
-        f" {preview.memory_GB:.1f} GB; more where the verdict is open, up to {preview.case.most_unknowns} unknowns"
+        f" {preview.memory_GB:.1f} GB; more if the verdict is open, up to {preview.case.most_unknowns} unknowns"
     )
     yield from note_lines(preview.placement.notes)
 
@@ -127,6 +127,6 @@ def uncertainty_text(uncertainty: dict[str, float]) -> str:
         The text, in percent.
     """
     if any(np.isnan(value) for value in uncertainty.values()):
-        return "another line that the measured points allow does not come into contact here: Hertz is not known"
+        return "the uncertainty is unknown, because at least one profile variant has no contact here"
     p, a, b = (100.0 * uncertainty[name] for name in ("p_max_MPa", "a_mm", "b_mm"))
-    return f"the measured profiles leave ±{p:.2g} % of p0, ±{a:.2g} % of a and ±{b:.2g} % of b open"
+    return f"uncertainty of the measured profiles: p0 ±{p:.2g} %, a ±{a:.2g} %, b ±{b:.2g} %"

@@ -87,11 +87,11 @@ def library_lines(records: Sequence[Record]) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Table and line.
     """
     yield make_table("Profile library", _LIBRARY_COLUMNS, records)
-    yield "Also: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), all in mm, or the path of a profile file."
+    yield "Also allowed: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), in mm, or the path of a profile file."
 
 
 def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -> Record:
@@ -140,7 +140,7 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) ->
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     low, high = profile.y_range_mm
@@ -155,7 +155,7 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) ->
         where = dict(zip(("y from", "y to", "z from", "z to"), (*ends.y, *ends.z), strict=True))
         segment_rows.append({"number": place, "segment": segment, **where})
     yield make_table("Running surface, from the gauge side to the field side", _SEGMENT_COLUMNS, segment_rows)
-    yield make_table("Junctions (radii positive where convex)", _JUNCTION_COLUMNS, profile.junctions)
+    yield make_table("Junctions (convex radii are positive)", _JUNCTION_COLUMNS, profile.junctions)
     if profile.points is not None:
         yield nearest_text(nearest_profiles, "" if profile.measured is None else profile.measured.nominal or "")
 
@@ -179,16 +179,16 @@ def nearest_text(nearest_profiles: Sequence[ProfileMatch], nominal: str = "") ->
         return "nearest library profile: none within 2 mm"
     best, turn_mrad = nearest_profiles[0], 1e3 * nearest_profiles[0].registration.turn_rad
     dy, dz = nearest_profiles[0].registration.shift
-    appendix = "".join(f"; then {candidate.name} ({candidate.usual_mm:.2g} mm)" for candidate in nearest_profiles[1:2])
-    appendix += f"; what is smoothed is the deviation from {nominal}" if nominal not in ("", best.name) else ""
+    appendix = "".join(f"; next: {candidate.name} ({candidate.usual_mm:.2g} mm)" for candidate in nearest_profiles[1:2])
+    appendix += f"; smoothed is the deviation from {nominal}" if nominal not in ("", best.name) else ""
     deviation_text = (
-        f"the points are usually {best.usual_mm:.2g} mm off it, at most {best.farthest_mm:.2g} mm at y ="
+        f"usual distance of the points {best.usual_mm:.2g} mm, largest {best.farthest_mm:.2g} mm at y ="
         f" {best.at_y_mm:.1f} mm"
         if best.farthest_mm > 1e-3
         else "all points are within 0.001 mm of it"
     )
     return (
-        f"nearest library profile over the whole line: {best.name}, turned by {turn_mrad:+.2f} mrad and moved by"
+        f"nearest library profile, over all points: {best.name}, rotated by {turn_mrad:+.2f} mrad and moved by"
         f" ({dy:+.3f}, {dz:+.3f}) mm; {deviation_text}{appendix}"
     )
 
@@ -204,9 +204,9 @@ def _segment_radius(segment: Segment) -> str:
 # --- The picture of a profile.
 
 _PROBLEM_LABELS = {
-    "spike": "left out: spike",
-    "out of order": "left out: out of order",
-    "crosses itself": "left out: line crosses itself",
+    "spike": "omitted: spike",
+    "out of order": "omitted: out of order",
+    "crosses itself": "omitted: profile crosses itself",
     "unclear": "doubtful, kept",
 }
 # Shortest arc with a written radius, as a fraction of the picture's width. Radii of shorter arcs would overlap.
@@ -252,7 +252,7 @@ def draw_profile(profile: Profile, path: str | Path) -> Path:
     curvature_axes.set_yscale("symlog", linthresh=1e-3)
     curvature_axes.margins(y=0.08)
     curvature_axes.axhline(0.0, color="0.5", lw=0.8)
-    band_label = "" if measured is None else "\nband: twice its noise"
+    band_label = "" if measured is None else "\nband: twice the noise"
     curvature_axes.set(
         ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band_label}",
         xlabel=f"y in mm\n{SIDE_LABELS}",
@@ -278,9 +278,9 @@ def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: SmoothingRe
     deviation_axes.plot(y, 1e3 * measured.residual_mm, ".", color=Colour.POINTS, ms=3)
     for level in (-2e3 * measured.noise_mm, 0.0, 2e3 * measured.noise_mm):
         deviation_axes.axhline(level, color="0.5", lw=0.8, ls="-" if level == 0.0 else "--")
-    deviation_axes.set(ylabel="points off line in um\n(dashed: twice scatter)")
-    smoothed_quantity = f"deviation from {measured.nominal}" if measured.nominal else "line"
-    return f": {smoothed_quantity} smoothed over {measured.filter_mm:.3g} mm"
+    deviation_axes.set(ylabel="deviation of points in um\n(dashed: twice the noise)")
+    smoothed_quantity = f"deviation from {measured.nominal}" if measured.nominal else "profile"
+    return f": {smoothed_quantity} smoothed, filter length {measured.filter_mm:.3g} mm"
 
 
 def draw_problems(

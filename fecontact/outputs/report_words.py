@@ -46,7 +46,7 @@ def theory_terms(names: Iterable[str], *, laws: bool) -> Iterator[tuple[str, str
             law for laws_of_feature in load_offers("LAWS").values() for law in laws_of_feature.laws.values()
         ]
     for description in descriptions:
-        yield description["words"], "{source}. It takes for granted: {range}. Cost: {cost}.".format_map(description)
+        yield description["words"], "{source}. Range: {range}. Cost: {cost}.".format_map(description)
 
 
 def question_text(pair: str, criteria: Criteria | None, roll: str = "") -> str:
@@ -67,12 +67,10 @@ def question_text(pair: str, criteria: Criteria | None, roll: str = "") -> str:
         The question in one paragraph.
     """
     criteria_part = (
-        f" Judged by: {criteria_text(criteria)} (what that is: see Terms)."
-        if criteria
-        else " Each case has its own criteria."
+        f" Limits: {criteria_text(criteria)} (see Terms)." if criteria else " The criteria differ from case to case."
     )
     roll_part = f" {roll[0].upper()}{roll[1:]}." if roll else ""
-    return f"May Hertz's ellipse stand for the contact of {pair}?{criteria_part}{roll_part}"
+    return f"Can Hertz's ellipse replace the contact of {pair}?{criteria_part}{roll_part}"
 
 
 def answer_words(verdicts: Sequence[str], noun: str) -> str:
@@ -100,7 +98,7 @@ def answer_words(verdicts: Sequence[str], noun: str) -> str:
     """
     count = {answer: verdicts.count(answer) for answer in ("HOLDS", "FAILS", "UNRESOLVED")}
     lost = len(verdicts) - sum(count.values())
-    statements = [f"is open in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
+    statements = [f"is unresolved in {count['UNRESOLVED']}"] if count["UNRESOLVED"] else []
     statements += [f"{lost} could not be used"] if lost else []
     return f"Hertz holds in {count['HOLDS']} of {len(verdicts)} {noun}, fails in {count['FAILS']}" + "".join(
         f", {clause}" for clause in statements
@@ -108,7 +106,18 @@ def answer_words(verdicts: Sequence[str], noun: str) -> str:
 
 
 def lead_style(verdicts: Sequence[str]) -> str:
-    """Style of the answer; it has the colour of HOLDS only if all hold."""
+    """Style of the answer; it has the colour of HOLDS only if all hold.
+
+    Parameters
+    ----------
+    verdicts
+        Verdicts of all cases.
+
+    Returns
+    -------
+    str
+        `lead holds`, `lead fails`, or `lead` if cases are unresolved and no case fails.
+    """
     if set(verdicts) == {"HOLDS"}:
         return "lead holds"
     return "lead fails" if "FAILS" in verdicts else "lead"

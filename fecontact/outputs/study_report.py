@@ -53,7 +53,15 @@ MAX_PICTURES = 40
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnCase:
-    """Case for the section through both profiles."""
+    """Case for the section through both profiles.
+
+    Attributes
+    ----------
+    row
+        Row of the case.
+    placement
+        The wheel on the rail.
+    """
 
     row: RowMapping
     placement: Placement
@@ -138,13 +146,16 @@ def write_study_report(
         question_text(pair, criteria, roll_words_of_rows(rows)),
         Heading("Verdicts"),
         verdict_table(cases),
-        Picture(content=out / "study.svg", words="Peak pressure, how far Hertz is off, and the touch point."),
+        Picture(
+            content=out / "study.svg",
+            words="Peak pressure, limit utilisation or deviation of Hertz, and contact point.",
+        ),
         *_pair_parts(shown, rows),
         *_ladder_parts(rows),
         Heading("Cases"),
         *_case_sections(cases, pictures),
         Heading("Meshes and solver"),
-        Details("Of each case", [solver_table(cases)]),
+        Details("All cases", [solver_table(cases)]),
         *closing_parts(
             (name for case in cases for name, theory in case.record.get("theories", {}).items() if theory is not None),
             laws=any(case.record.get(name) is not None for case in cases for name in load_offers("TELLINGS")),
@@ -172,7 +183,7 @@ def closing_parts(theories: Iterable[str], *further_terms: tuple[str, str], laws
     """
     packages = [f"{package} {version}" for package, version in package_versions().items() if version]
     terms = Terms((*GLOSSARY, *measure_terms(), *theory_terms(theories, laws=laws), *further_terms))
-    return [Heading("Terms"), terms, Heading("What made it"), Items(packages)]
+    return [Heading("Terms"), terms, Heading("Versions"), Items(packages)]
 
 
 def _report_title(name: str, rows: Sequence[RowMapping]) -> str:
@@ -214,7 +225,7 @@ def _pair_parts(shown: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Par
     """Section through the pair, with words that name the case."""
     if shown is None:
         return []
-    words = f"Section through the first touch point {_drawn_case_text(shown.row, rows)}."
+    words = f"Section through the first contact point {_drawn_case_text(shown.row, rows)}."
     return [Heading("The pair"), Picture(content=render_svg(pair_figure(shown.placement)), words=words)]
 
 
@@ -226,14 +237,14 @@ def _drawn_case_text(row: RowMapping, rows: Sequence[RowMapping]) -> str:
     if sum(is_usable_status(other_row) for other_row in rows) < 2:
         return place_text
     limit_utilisation = row.get("verdict_limit_used")
-    utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f} times the limit)"
-    return f"{place_text}, the case that uses most of a limit{utilisation_part}"
+    utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f})"
+    return f"{place_text}, the case with the largest limit utilisation{utilisation_part}"
 
 
 def _ladder_parts(rows: Sequence[RowMapping]) -> list[Part]:
     # a single case gives no curve over the shift
     figure = ladder_figure(rows) if len(rows) > 1 else None
-    words = "The ladder: by how much the shape of the gap, and then the finite bodies, change the peak pressure."
+    words = "Ladder: change of the peak pressure by the shape of the gap, then by the finite bodies."
     return [] if figure is None else [Picture(content=render_svg(figure), words=words)]
 
 
@@ -243,7 +254,7 @@ def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     drawn_ids = {str(row["id"]) for row in rows_by_utilisation(rows_with_picture, MAX_PICTURES)}
     parts: list[Part] = []
     if len(drawn_ids) < max(sum(is_usable_status(case.row) for case in cases), len(rows_with_picture)):
-        parts.append(f"{len(drawn_ids)} of {len(cases)} cases, those that use most of a limit; {pictures}.")
+        parts.append(f"{len(drawn_ids)} of {len(cases)} cases, with the largest limit utilisation; {pictures}.")
     for case in (case for case in cases if str(case.row["id"]) in drawn_ids):
         row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         assert case.picture is not None
@@ -256,7 +267,7 @@ def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     return parts
 
 
-_COLUMN_KEY = "dev %: error of Hertz; separ., mispl.: load on separate patches, misplaced load"
+_COLUMN_KEY = "dev %: deviation; separ.: load on separate patches; mispl.: misplaced load"
 # If there are more pairs, all are in one table, with the pair in its first column.
 _MAX_TABLES = 6
 # Characters for the measures by which a case fails, in descending order. Measures without room are counted.

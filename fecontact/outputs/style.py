@@ -99,7 +99,13 @@ def series_style(number: int) -> dict[str, Any]:
 
 
 def add_grid(*axes: Axes) -> None:
-    """Give axes the grid of all pictures."""
+    """Give axes the grid of all pictures.
+
+    Parameters
+    ----------
+    *axes
+        Axes that get the grid.
+    """
     for ax in axes:
         ax.grid(alpha=0.3)
 
@@ -159,7 +165,7 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
     """
     path = Path(path)
     if path.suffix.lower() not in (".png", ".svg"):
-        raise InputError(f"picture {path}: allowed: a name that ends in .png or .svg; both are written")
+        raise InputError(f"picture {path}: the name must end in .png or .svg; both files are written")
     as_png, as_svg = (
         path if path.suffix.lower() == suffix else path.with_suffix(suffix) for suffix in (".png", ".svg")
     )

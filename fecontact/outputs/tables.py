@@ -50,7 +50,15 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class TableRow:
-    """Line of a table, with a text for each column."""
+    """Line of a table, with a text for each column.
+
+    Attributes
+    ----------
+    cells
+        Text of each column.
+    tone
+        Tone of the line on a page.
+    """
 
     cells: Sequence[str]
     tone: Tone = "plain"

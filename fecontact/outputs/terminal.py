@@ -177,7 +177,7 @@ def print_titles(titles: Mapping[str, str]) -> None:
     width = max(map(len, titles))
     for topic, title in titles.items():
         print(f"  {topic:{width}}  {title}")
-    print("One of them: fecontact guide TOPIC")
+    print("To read a page: fecontact guide TOPIC")
 
 
 def print_page(text: str, without_links: Callable[[str], str]) -> None:

@@ -29,7 +29,7 @@ def check_theory(name: str) -> None:
         If there is no such theory; the message has the allowed names.
     """
     if name not in THEORIES:
-        raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` says what they are")
+        raise InputError(f"theory is {name!r}; allowed: {', '.join(THEORIES)}; `fecontact theories` describes them")
 
 
 def list_theories() -> Record:
@@ -104,12 +104,12 @@ def theories_lines(listed: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Name, cost, source, range of validity and differences from the source of each theory.
     """
     headings = {laws.kind: laws.heading for laws in load_offers("LAWS").values()}
     for kind, theories in listed.items():
-        yield f"{headings.get(kind, 'Theories of the pressure')}, from the cheapest:"
+        yield f"{headings.get(kind, 'Theories of the pressure')}, the cheapest first:"
         for name, theory in theories.items():
             yield f"  {name}: {theory['words']}; {theory['cost']}"
             yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
@@ -125,7 +125,7 @@ def theory_lines(record: TableRecord) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Table of the contact, and of each patch if there are several; status and notes.
     """
     yield from pair_geometry_lines(record)
@@ -136,5 +136,5 @@ def theory_lines(record: TableRecord) -> OutputLines:
     yield f"status: {record['status']}"
     yield from filter(None, (record["problem"], *record["notes"]))
     if record["solutions"] > 1:
-        yield f"approaches that carry the force: {record['solutions']}"
+        yield f"number of approaches with this normal force: {record['solutions']}"
     yield from note_lines(record["warnings"])

@@ -32,10 +32,10 @@ def elastic_words(answer: str) -> str:
 
 Record = Mapping[str, Any]
 
-_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "open", "FAILS": "furthest beyond its limit"}
+_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "undecided", "FAILS": "furthest beyond its limit"}
 
 
-BY_EACH_VARIANT = " over all lines, each of which is judged by itself"
+BY_EACH_VARIANT = " over all profile variants, each of which is judged separately"
 """Reason for an apparent contradiction of uncertainty and verdict, if several profile variants fit the points."""
 
 
@@ -90,13 +90,13 @@ def _decision_text(judgement: Record, verdict: Record, limits: Record) -> str:
         return deviation_sentence(measure, deviation, uncertainty, limits[measure], measure_answer, nearest=True)
     # on each profile variant a measure fails, but the variants do not agree on a measure
     return (
-        "beyond another limit from line to line:"
+        "the profile variants exceed different limits:"
         f" {deviation_sentence(measure, deviation, uncertainty, limits[measure], answer)}"
     )
 
 
 def _cause_text(cause: str | None) -> str:
-    return f"; because: {cause}" if cause else ""
+    return f"; cause: {cause}" if cause else ""
 
 
 def _reason(verdict: Record, judgement: Record) -> str:
@@ -119,18 +119,18 @@ def variant_share_text(lines: Mapping[str, str]) -> str:
     Returns
     -------
     str
-        Text such as "holds on 3 of the 4 lines that the points allow (it fails on ...)".
+        Text such as "holds on 3 of 4 profile variants (it fails on ...)".
     """
     holds = [variant for variant, answer in lines.items() if answer == "HOLDS"]
     fails = [variant for variant, answer in lines.items() if answer == "FAILS"]
-    variants_text = f"of the {len(lines)} lines that the points allow"
+    variants_text = f"{len(lines)} profile variants"
     if max(len(holds), len(fails)) == len(lines):
         return f"{'holds' if holds else 'fails'} on all {variants_text}"
     unresolved_count = len(lines) - len(holds) - len(fails)
     statements = [_failing_text(holds, fails)] if fails else []
     if unresolved_count:
-        statements.append(f"it is open on {unresolved_count}")
-    return f"holds on {len(holds)} {variants_text} ({'; '.join(statements)})"
+        statements.append(f"it is undecided on {unresolved_count}")
+    return f"holds on {len(holds)} of {variants_text} ({'; '.join(statements)})"
 
 
 def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
@@ -163,10 +163,21 @@ def _failing_text(holds: Sequence[str], fails: Sequence[str]) -> str:
 
 
 def peak_range_text(fe: Record) -> str:
-    """Range of the peak pressure over the profile variants; empty for exact profiles."""
+    """Range of the peak pressure over the profile variants; empty for exact profiles.
+
+    Parameters
+    ----------
+    fe
+        Record of the finite elements.
+
+    Returns
+    -------
+    str
+        Range in MPa in words, or an empty text.
+    """
     if "p_max_low_MPa" not in fe:
         return ""
-    return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the lines"
+    return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the profile variants"
 
 
 def verdict_reason(load: JudgedLoad) -> str:
@@ -194,8 +205,8 @@ def verdict_reason(load: JudgedLoad) -> str:
     reason = _reason({**vars(load.verdict), **limits}, vars(load.deciding))
     if load.usable:
         return reason
-    certain_part = f"certain by the half-space alone, {reason}; numbers of the finite elements are "
-    return f"{certain_part if load.verdict.answer == 'FAILS' else ''}not to be used: {load.status}"
+    certain_part = f"certain from the half-space alone, {reason}; do not use the numbers of the finite elements: "
+    return f"{certain_part if load.verdict.answer == 'FAILS' else 'do not use this result: '}{load.status}"
 
 
 def reference_measures(load: JudgedLoad) -> Measures:
@@ -215,6 +226,20 @@ def theory_words(name: str | None, status: str | None = "", reason: str | None =
     """Words for a theory or another answer.
 
     The words include the reason if the theory is out of its range.
+
+    Parameters
+    ----------
+    name
+        Name of the theory; None if there is no such theory.
+    status
+        Status of the theory, such as `out of range`.
+    reason
+        Reason of the status.
+
+    Returns
+    -------
+    str
+        The words; empty without a name.
     """
     words = THEORIES[name].words if name and name in THEORIES else name or ""
     return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
@@ -243,7 +268,7 @@ def cheapest_text(record: Record) -> str:
         )
         lines = verdicts[possible_theory]["lines"]
         return (
-            f"the cheapest theory that may hold: {THEORIES[possible_theory].words} {variant_share_text(lines)}"
+            f"cheapest theory that may hold: {THEORIES[possible_theory].words} {variant_share_text(lines)}"
             if lines
             else ""
         )
@@ -256,7 +281,9 @@ def cheapest_text(record: Record) -> str:
     }
     deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
     words = theory_words(name, *status)
-    return f"the cheapest theory that holds: {words} ({deviations_text}; {judged_theory['limit_used']:.2f} of a limit)"
+    return (
+        f"cheapest theory that holds: {words} ({deviations_text}; limit utilisation {judged_theory['limit_used']:.2f})"
+    )
 
 
 def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
@@ -285,7 +312,18 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
 
 
 def deciding_hertz(record: Record) -> Record:
-    """Record of Hertz with the curvature of the side that decided the verdict."""
+    """Record of Hertz with the curvature of the side that decided the verdict.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    dict
+        Record of Hertz of the gauge side or of the field side.
+    """
     hertz: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
     return hertz
 
@@ -305,22 +343,22 @@ def remedy_text(record: Record) -> str:
     """
     measure = record["verdict"]["measure"]
     if record.get("plastic") and not is_usable_status(record["plastic"]):
-        return f"what yielding does was not solved: {describe_status(record['plastic'])}"
+        return f"the effect of yielding was not solved: {describe_status(record['plastic'])}"
     if not is_usable_status(record):
-        return f"the result must not be used: {describe_status(record)}"
+        return f"do not use this result: {describe_status(record)}"
     if record["verdict"]["cause"] == PROFILE_CAUSE:
         change = MEASURE_WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
         return (
-            f"no finer mesh decides it: over the lines that the points allow the deviation changes by {change}; say the"
-            " filter that counts, or measure the profiles with less noise, or closer points"
+            f"finer meshes cannot decide: the deviation differs by {change} between the profile variants; give the"
+            " filter length, or measure the profiles with less noise or closer points"
         )
     if (irreducible := _irreducible_uncertainty(record)) is not None:
         distance, irreducible_uncertainty = (
             MEASURE_WORDS[measure].deviation_text(size, size=True) for size in irreducible
         )
         return (
-            f"no finer mesh decides it: it is {distance} beside its limit, and reading it and the bodies' cut planes"
-            f" leave {irreducible_uncertainty} open"
+            f"finer meshes cannot decide: the deviation is only {distance} from its limit, and"
+            f" {irreducible_uncertainty} of its uncertainty comes from reading it on nodes and from the cut planes"
         )
     case, solver, names = record["case"], record["solver"], list(RESOLUTIONS)
     if case["resolution"] in names[:-1]:
@@ -329,7 +367,7 @@ def remedy_text(record: Record) -> str:
         finer = (
             f"--resolution with sizes below {','.join(f'{size:.3g}' for size in solver['element_size_mm'].values())}"
         )
-    return f"to decide it: {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
+    return f"to decide, use {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
 def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:

@@ -96,7 +96,18 @@ def names_text(measures: Iterable[str]) -> str:
 
 
 def criteria_text(criteria: Criteria) -> str:
-    """Text for the deciding measures, each with its limit."""
+    """Text for the deciding measures, each with its limit.
+
+    Parameters
+    ----------
+    criteria
+        Criteria with the deciding measures.
+
+    Returns
+    -------
+    str
+        Measures with their limits, joined by commas.
+    """
     limits_of_measures = ((MEASURE_WORDS[measure], limit) for measure, limit in criteria.limits.items())
     return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
 
@@ -123,7 +134,7 @@ def limits_text(criteria: Criteria) -> str:
 
 def unknown_text(measures: Iterable[str]) -> str:
     """Message that a stored result lacks measures, with the remedy."""
-    return f"the stored result does not have {names_text(measures)}; solve it again to judge by them"
+    return f"the stored result does not have {names_text(measures)}; to judge by them, solve the case again"
 
 
 def deviation_columns(measure: str) -> tuple[str, str, float]:

@@ -42,7 +42,18 @@ class PlacedIrregularities:
     lowered_mm: float = 0.0
 
     def opening_mm(self, x_mm: Floats) -> Floats:
-        """Sum of all openings in mm at places x (n,) in mm."""
+        """Sum of all openings in mm at places x (n,) in mm.
+
+        Parameters
+        ----------
+        x_mm : ndarray of shape (n,)
+            Positions along the track in mm.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Opening in mm.
+        """
         s = self.distance_mm + np.asarray(x_mm) - self.middle_x_mm
         return np.asarray(sum(irregularity.opening_mm(s) for irregularity in self.lines))
 

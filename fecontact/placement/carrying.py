@@ -60,12 +60,38 @@ def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, f
 
 
 def is_beyond_flank(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel profile lies beyond the steepest place of the flange."""
+    """Whether a position across a wheel profile lies beyond the steepest place of the flange.
+
+    Parameters
+    ----------
+    wheel
+        Wheel profile.
+    y_mm
+        Position across the profile in mm.
+
+    Returns
+    -------
+    bool
+        Whether the position is beyond the flank.
+    """
     return y_mm < _locate_flange(wheel)[1]
 
 
 def is_on_flange_top(wheel: Profile, y_mm: float) -> bool:
-    """Whether a position across a wheel profile lies at or beyond the flange's top."""
+    """Whether a position across a wheel profile lies at or beyond the flange's top.
+
+    Parameters
+    ----------
+    wheel
+        Wheel profile.
+    y_mm
+        Position across the profile in mm.
+
+    Returns
+    -------
+    bool
+        Whether the position is on the flange's top.
+    """
     top, steepest = _locate_flange(wheel)
     return y_mm < steepest and y_mm <= top
 

@@ -48,9 +48,9 @@ class RadiusDifference:
 
     Attributes
     ----------
-    shifts_mm (n,)
+    shifts_mm : ndarray of shape (n,)
         Increasing shifts in mm, positive to the left.
-    difference_mm (n,)
+    difference_mm : ndarray of shape (n,)
         Finite difference in mm at each shift.
 
     Examples
@@ -69,9 +69,9 @@ class RadiusDifference:
 
         Parameters
         ----------
-        shifts_mm (n,)
+        shifts_mm : ndarray of shape (n,)
             Increasing shifts in mm.
-        difference_mm (n,)
+        difference_mm : ndarray of shape (n,)
             Difference in mm at each shift; NaN where a wheel is not over its rail.
 
         Returns
@@ -86,7 +86,18 @@ class RadiusDifference:
         return cls(shifts_mm=shifts[stretch], difference_mm=difference[stretch]) if stretch.size > 1 else None
 
     def at(self, shift_mm: ArrayLike) -> Floats:
-        """Difference (mm) at shifts (mm) within the range."""
+        """Difference (mm) at shifts (mm) within the range.
+
+        Parameters
+        ----------
+        shift_mm
+            Lateral shifts in mm, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Difference of the rolling radii in mm, in the shape of `shift_mm`.
+        """
         return np.asarray(np.interp(np.asarray(shift_mm, dtype=float), self.shifts_mm, self.difference_mm))
 
     @cached_property
@@ -102,7 +113,7 @@ class RadiusDifference:
 
         Parameters
         ----------
-        shift_mm (m,)
+        shift_mm : ndarray of shape (m,)
             Upper ends of the integral in mm.
 
         Returns
@@ -192,6 +203,16 @@ class RadiusDifference:
         """Equivalent conicity (-) at an amplitude in mm by EN 15302.
 
         NaN if there is no motion of this amplitude.
+
+        Parameters
+        ----------
+        amplitude_mm
+            Amplitude of the wheelset's motion in mm.
+
+        Returns
+        -------
+        float
+            Equivalent conicity (-).
         """
         motion = self.motion(amplitude_mm)
         return math.nan if motion is None else motion.conicity

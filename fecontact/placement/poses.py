@@ -52,6 +52,16 @@ class RailPose:
         """Profile parameter of the points at the lateral position y (mm) of the track.
 
         NaN off the head.
+
+        Parameters
+        ----------
+        y
+            Lateral positions in the track frame in mm, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Parameter of the profile at each position.
         """
         return self.profile.locate(np.asarray(y, dtype=float) - self.crown_y_mm, angle_rad=-self.inclination_rad)
 
@@ -72,7 +82,18 @@ class RailPose:
         return (*self.point(p.y, p.z), p.angle_rad + self.inclination_rad)
 
     def height_at_y(self, y: Floats) -> Floats:
-        """Height (mm) at the lateral position y (mm) of the track, NaN off the head."""
+        """Height (mm) at the lateral position y (mm) of the track, NaN off the head.
+
+        Parameters
+        ----------
+        y
+            Lateral positions in the track frame in mm, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Height in mm.
+        """
         p = self.profile.evaluate(self.parameter_at_y(y))
         return self.point(p.y, p.z)[1]
 
@@ -193,9 +214,9 @@ class WheelPose:
         Radius of the tape circle.
     tape_circle_y_mm
         Position of the tape circle along the axle.
-    axes (3, 3)
+    axes : ndarray of shape (3, 3)
         Directions of the wheel as columns: forward, along the axle to the field side, up.
-    centre_mm (3,)
+    centre_mm : ndarray of shape (3,)
         Centre of the wheelset in the track frame.
     """
 
@@ -206,7 +227,18 @@ class WheelPose:
     centre_mm: Floats
 
     def radius(self, u: ArrayLike) -> Floats:
-        """Distance (mm) of the running surface from the axle at the profile parameter u."""
+        """Distance (mm) of the running surface from the axle at the profile parameter u.
+
+        Parameters
+        ----------
+        u
+            Parameters of the profile, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Distance in mm, in the shape of `u`.
+        """
         return np.asarray(self.rolling_radius_mm - self.profile.evaluate(u).z)
 
     def silhouette(self, u: ArrayLike) -> tuple[Floats, Floats, Floats, Floats]:
@@ -278,6 +310,16 @@ class WheelPose:
         """Position y, z (mm) in the track frame of profile points straight below the axle.
 
         The points are at y, z (mm) of the profile.
+
+        Parameters
+        ----------
+        y, z
+            Positions in the axes of the profile in mm; shapes that broadcast together.
+
+        Returns
+        -------
+        y, z : ndarray
+            Positions in the track frame in mm.
         """
         position = self.point(y, self.rolling_radius_mm - z, 0.0)
         return position[..., 1], position[..., 2]
@@ -289,11 +331,11 @@ class WheelPose:
 
         Parameters
         ----------
-        points (..., 3)
+        points : ndarray of shape (..., 3)
             Points in the track frame in mm.
-        normals (..., 3)
+        normals : ndarray of shape (..., 3)
             Unit directions.
-        guess_mm (...)
+        guess_mm : ndarray of shape (...)
             First guess of the distance in mm.
 
         Returns
@@ -334,7 +376,20 @@ class WheelPose:
 # cached: equal for every position of the profile, and a table of positions has many searches
 @lru_cache(maxsize=64)
 def sample_profile(profile: Profile) -> tuple[Floats, CurvePoints]:
-    """Parameters along a profile and the points there, `_SEARCH_STEP_MM` apart."""
+    """Parameters along a profile and the points there, `_SEARCH_STEP_MM` apart.
+
+    Parameters
+    ----------
+    profile
+        Rail or wheel.
+
+    Returns
+    -------
+    u : ndarray of shape (n,)
+        Parameters; the array cannot be written.
+    points : CurvePoints
+        Points of the profile at these parameters.
+    """
     u = profile.spread(_SEARCH_STEP_MM)
     u.flags.writeable = False
     return u, profile.evaluate(u)
@@ -420,9 +475,9 @@ def find_sign_changes(
     ----------
     f
         Function of places (n,).
-    low, high (n,)
+    low, high : ndarray of shape (n,)
         Both ends.
-    f_low, f_high (n,)
+    f_low, f_high : ndarray of shape (n,)
         Values of the function at both ends.
 
     Returns
@@ -551,9 +606,9 @@ def make_contact_points(
     ----------
     rail, wheel
         Poses of both bodies.
-    u_wheel, u_rail (n,)
+    u_wheel, u_rail : ndarray of shape (n,)
         Parameters of the contact points on the wheel profile and on the rail profile.
-    gap (n,)
+    gap : ndarray of shape (n,)
         Gaps between the bodies in mm.
 
     Returns

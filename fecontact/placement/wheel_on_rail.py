@@ -133,11 +133,32 @@ class Placement:
         """Unit vector (3,) along which load and approach act.
 
         It is the normal at first touch, or the vertical.
+
+        Parameters
+        ----------
+        normal
+            Whether load and approach act along the contact normal.
+
+        Returns
+        -------
+        ndarray of shape (3,)
+            Unit vector in the track frame, upwards.
         """
         return self.first.normal if normal else np.array([0.0, 0.0, 1.0])
 
     def arc_mm(self, touch: ContactPoint) -> float:
-        """Surface coordinate s (mm) of a contact point."""
+        """Surface coordinate s (mm) of a contact point.
+
+        Parameters
+        ----------
+        touch
+            A contact point of the rigid bodies.
+
+        Returns
+        -------
+        float
+            Coordinate s in mm from the first contact point.
+        """
         return float(self.rail.profile.arc_length(touch.rail_u)) - self.first_arc_length_mm
 
     @cached_property
@@ -221,7 +242,7 @@ class Placement:
 
         Parameters
         ----------
-        points (..., 3)
+        points : ndarray of shape (..., 3)
             Points in the track frame in mm.
 
         Returns
@@ -231,7 +252,7 @@ class Placement:
 
         Raises
         ------
-        NotCovered
+        CoverageError
             If a point does not project on the running surface.
         """
         rail = self.rail
@@ -281,7 +302,7 @@ class Placement:
 
         Parameters
         ----------
-        t (n,)
+        t : ndarray of shape (n,)
             Distances across from first touch in the tangent plane, in mm.
 
         Returns
@@ -305,9 +326,9 @@ class Placement:
 
         Parameters
         ----------
-        points (..., 3)
+        points : ndarray of shape (..., 3)
             Points of the rail over the tangent plane, in mm.
-        guess_mm (...)
+        guess_mm : ndarray of shape (...)
             First guess of the gap in mm.
 
         Returns

@@ -413,9 +413,22 @@ def describe_possible_wheelset_shifts(wheelset: Wheelset, yaw_rad: float = 0.0) 
 
 
 def _describe_possible_gauges(wheelset: Wheelset, yaw_rad: float) -> str:
-    """Text with other gauges for a symmetric wheelset in the middle of the track.
+    """Remedy for a wheelset that cannot run in the middle of the track: wider or narrower gauges on which it can.
 
-    Only a symmetric wheelset has no roll there, so that each wheel can be tried alone.
+    Only a symmetric wheelset has no roll there, so that its left wheel is tried alone at lateral shifts, each for twice
+    the change of the gauge. The remedy for another wheelset names the inputs to check.
+
+    Parameters
+    ----------
+    wheelset
+        Wheelset over its rails.
+    yaw_rad
+        Yaw of the wheelset; the opposite yaw is tried too.
+
+    Returns
+    -------
+    str
+        Range of gauges in mm relative to the present gauge, or inputs to check.
     """
     if not wheelset.symmetric:
         return "check gauge, back-to-back distance, and profiles and diameters of both sides"

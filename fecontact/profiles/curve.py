@@ -43,7 +43,18 @@ _STRAIGHT_PER_MM = 1e-9
 
 
 def invert_curvature_mm(curvature_per_mm: float) -> float | None:
-    """Signed radius of a curvature; None for a straight line."""
+    """Signed radius of a curvature; None for a straight line.
+
+    Parameters
+    ----------
+    curvature_per_mm
+        Curvature in 1/mm.
+
+    Returns
+    -------
+    float or None
+        Radius in mm with the sign of the curvature.
+    """
     return 1.0 / curvature_per_mm if abs(curvature_per_mm) > _STRAIGHT_PER_MM else None
 
 
@@ -107,7 +118,7 @@ class Profile:
         Assumptions of a reader, which are shown to the user.
     measured
         Smoothing of the profile from measured points; None for an exact profile, or for points that are used as exact.
-    points (n, 2)
+    points : ndarray of shape (n, 2) or None
         Points in mm through which the profile was made, exact or smoothed; None for a profile without points.
     problems
         Points of a file that were left out on request, and doubtful points that were kept.
@@ -137,6 +148,7 @@ class Profile:
     problems: tuple[PointProblem, ...] = ()
 
     def __post_init__(self) -> None:
+        """Refuse a profile without segments, and segments with gaps of more than `JOINT_GAP_MM`."""
         if not self.segments:
             raise InputError(f"{self.name}: the running surface has no segments; give at least one")
         for chain_name, chain, closed in (("running surface", self.segments, False), ("outline", self.outline, True)):
@@ -246,7 +258,18 @@ class Profile:
         return float(y.min()), float(y.max())
 
     def height(self, y: ArrayLike) -> Floats:
-        """Height z (mm) at y (mm); NaN outside the running surface."""
+        """Height z (mm) at y (mm); NaN outside the running surface.
+
+        Parameters
+        ----------
+        y
+            Positions across in mm, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Height in mm.
+        """
         return self.evaluate(self.locate(y)).z
 
     def slope(self, y: ArrayLike, side: Side = "right") -> Floats:
@@ -272,6 +295,18 @@ class Profile:
         """Curvature (1/mm) at y (mm), with a choice of side at a junction.
 
         It is positive where the body is convex.
+
+        Parameters
+        ----------
+        y
+            Positions across in mm, in any shape.
+        side
+            Side from which the curvature at a junction is taken.
+
+        Returns
+        -------
+        ndarray
+            Curvature in 1/mm.
         """
         return self.convex_sign * self.evaluate(self.snap(self.locate(y)), side).curvature_per_mm
 
@@ -322,7 +357,18 @@ class Profile:
         return float(self._pieces.arc.values[-1])
 
     def arc_length(self, u: ArrayLike) -> Floats:
-        """Arc length (mm) from the gauge-side end to the parameter u."""
+        """Arc length (mm) from the gauge-side end to the parameter u.
+
+        Parameters
+        ----------
+        u
+            Parameters, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Arc length in mm, NaN outside the running surface.
+        """
         return np.asarray(self._pieces.arc.function(self._mask_outside(u))[..., 0])
 
     def spread(self, step_mm: float) -> Floats:
@@ -344,7 +390,18 @@ class Profile:
         return self.at_arc_length(s) if self.measured is None else np.interp(s, self._pieces.arc.values, self._pieces.u)
 
     def at_arc_length(self, s: ArrayLike) -> Floats:
-        """Parameter u at the arc length s (mm); NaN beyond the ends."""
+        """Parameter u at the arc length s (mm); NaN beyond the ends.
+
+        Parameters
+        ----------
+        s
+            Arc lengths from the gauge-side end in mm, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Parameters u.
+        """
         return self._pieces.arc.inverted(np.asarray(s, dtype=float))
 
 

@@ -232,7 +232,7 @@ def profile(y_mm: ArrayLike, z_mm: ArrayLike, *, name: str = "points") -> ArrayP
 
     Parameters
     ----------
-    y_mm, z_mm (n,)
+    y_mm, z_mm : ndarray of shape (n,)
         Coordinates in mm in the order along the running surface: y positive to the field side, z up. A rail has its
         crown and a wheel its tape circle at (0, 0).
     name
@@ -308,6 +308,16 @@ def can_be_file(spec: str) -> bool:
     """Whether a text can be a file that appears later or is in another place.
 
     Such a text has an ending, a folder or a hash.
+
+    Parameters
+    ----------
+    spec
+        Text that gives a profile.
+
+    Returns
+    -------
+    bool
+        Whether the text can be a file.
     """
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
@@ -364,7 +374,18 @@ def profile_identity(spec: str) -> str:
 
 
 def file_of_identity(identity: str) -> str | None:
-    """Name of the file in an identity, without folder and hash; None for other identities."""
+    """Name of the file in an identity, without folder and hash; None for other identities.
+
+    Parameters
+    ----------
+    identity
+        Identity of a profile, such as `NAME.csv@HASH`.
+
+    Returns
+    -------
+    str or None
+        Name of the file.
+    """
     file = re.fullmatch(rf"(.+)@[0-9a-f]{{{HASH_DIGITS}}}", identity)
     return file[1] if file else None
 

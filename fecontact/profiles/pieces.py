@@ -58,9 +58,9 @@ class MonotoneFunction:
     ----------
     function
         Value and rate of the function.
-    u (k,)
+    u : ndarray of shape (k,)
         Parameters of the ends of these pieces.
-    values (k,)
+    values : ndarray of shape (k,)
         Values of the function at the ends.
     """
 
@@ -106,7 +106,7 @@ class PiecewiseCurve:
 
     Attributes
     ----------
-    u (m + 1,)
+    u : ndarray of shape (m + 1,)
         Parameters of the ends of the pieces: number of the segment plus its local parameter.
     ends
         Points (m + 1,) at the ends; both points where two segments meet.

@@ -68,7 +68,7 @@ def compare_with_neighbours(points: Floats, place: Literal[0, 2, 4] = 2) -> tupl
 
     Parameters
     ----------
-    points (n, 2)
+    points : ndarray of shape (n, 2)
         Points in mm, in the order along the profile.
     place
         Index of the tested point among each five: the middle one, the first or the last. The first and the last are

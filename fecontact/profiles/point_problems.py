@@ -59,7 +59,18 @@ class PointProblem:
 
 
 def compute_turning_angles(points: Floats) -> Floats:
-    """Compute the angles (rad) between the chords before and after each inner point."""
+    """Compute the angles (rad) between the chords before and after each inner point.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n, 2)
+        Points in mm.
+
+    Returns
+    -------
+    ndarray of shape (n - 2,)
+        Signed angle in rad, positive for a turn to the left.
+    """
     d = np.diff(points, axis=0)
     return np.asarray(np.arctan2(d[:-1, 0] * d[1:, 1] - d[:-1, 1] * d[1:, 0], (d[:-1] * d[1:]).sum(axis=1)))
 

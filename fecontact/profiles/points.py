@@ -347,7 +347,7 @@ class ProfilePoints:
 
     Attributes
     ----------
-    points (n, 2)
+    points : ndarray of shape (n, 2)
         y and z in mm, in the order along the profile.
     kind, name, source
         Properties of the profile.
@@ -430,12 +430,34 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
 
 def measure_spacing_mm(points: Floats) -> float:
-    """Median distance of neighbours among points (n, 2), in mm."""
+    """Median distance of neighbours among points (n, 2), in mm.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n, 2)
+        Points in mm.
+
+    Returns
+    -------
+    float
+        Distance in mm.
+    """
     return float(np.median(np.hypot(*np.diff(points, axis=0).T)))
 
 
 def is_exact(points: Floats) -> bool:
-    """Whether the noise of points (n, 2) is invisible in the curvature of a spline."""
+    """Whether the noise of points (n, 2) is invisible in the curvature of a spline.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n, 2)
+        Points in mm.
+
+    Returns
+    -------
+    bool
+        Whether the points are as good as exact.
+    """
     return SPLINE_NOISE * estimate_noise_mm(points) / measure_spacing_mm(points) ** 2 < _CURVATURE_NOISE_PER_MM
 
 

@@ -126,6 +126,18 @@ def suggest_mirroring(kind: str, *, mirrored: bool) -> str:
     """Option that mirrors a profile.
 
     If the profile is mirrored already, the text suggests to leave out the option.
+
+    Parameters
+    ----------
+    kind
+        `rail` or `wheel`.
+    mirrored
+        Whether the profile is mirrored already.
+
+    Returns
+    -------
+    str
+        The option, for a message.
     """
     return f"leave out --{kind}-mirror (mirror in [{kind}_file])" if mirrored else suggest_option(kind, "mirror", "yes")
 

@@ -52,7 +52,7 @@ class ProfileChain:
         y, z in mm, and their first and second derivatives, over the parameter.
     u, s_mm
         Table of the parameter and the arc length, both increasing from profile to profile.
-    first_mm, last_mm (k, 1)
+    first_mm, last_mm : ndarray of shape (k, 1)
         Arc length at both ends of each profile.
     """
 
@@ -74,7 +74,7 @@ class ProfileChain:
 
         Returns
         -------
-        Lines
+        ProfileChain
             Joined profiles.
         """
         profile_pieces = [line._pieces for line in lines]

@@ -149,7 +149,18 @@ _RADIUS_TOLERANCE_MM = 1.0
 
 
 def radius_of_file_mm(spec: str) -> float | None:
-    """Rolling radius (mm) in the header of a wheel file; None without a file or such a header."""
+    """Rolling radius (mm) in the header of a wheel file; None without a file or such a header.
+
+    Parameters
+    ----------
+    spec
+        Wheel of a case: name, file or short form.
+
+    Returns
+    -------
+    float or None
+        Radius in mm.
+    """
     if (path := profile_file(spec)) is None:
         return None
     state = path.stat()
@@ -163,7 +174,20 @@ def _read_radius_once(path: Path, state: tuple[int, ...]) -> float | None:
 
 
 def radius_note(spec: str, radius_mm: float) -> str:
-    """Contradiction between a rolling radius (mm) and the header of a wheel file; empty if there is none."""
+    """Contradiction between a rolling radius (mm) and the header of a wheel file; empty if there is none.
+
+    Parameters
+    ----------
+    spec
+        Wheel of a case: name, file or short form.
+    radius_mm
+        Rolling radius of the case in mm.
+
+    Returns
+    -------
+    str
+        Note for the user.
+    """
     header_mm = radius_of_file_mm(spec)
     if header_mm is None or abs(header_mm - radius_mm) <= _RADIUS_TOLERANCE_MM:
         return ""

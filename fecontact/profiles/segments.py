@@ -86,6 +86,11 @@ class CurvePoints:
 class StraightSegment:
     """Straight segment from `start` to `end` (mm).
 
+    Attributes
+    ----------
+    start, end
+        Points (y, z) in mm at the parameters 0 and 1.
+
     Examples
     --------
     >>> import numpy as np
@@ -122,6 +127,15 @@ class Arc:
     """Circular segment about `centre` (mm), from `angle_from` to `angle_to` (rad).
 
     The parameter is proportional to the angle.
+
+    Attributes
+    ----------
+    centre
+        Centre (y, z) in mm.
+    radius
+        Radius in mm.
+    angle_from, angle_to
+        Angles in rad at the parameters 0 and 1, from the y axis.
     """
 
     centre: tuple[float, float]
@@ -156,7 +170,15 @@ class Arc:
 
 @dataclass(frozen=True, kw_only=True)
 class Polynomial:
-    """Segment z = sum_k coefficients[k] y^k for y from `y_from` to `y_to` (mm)."""
+    """Segment z = sum_k coefficients[k] y^k for y from `y_from` to `y_to` (mm).
+
+    Attributes
+    ----------
+    coefficients
+        Coefficient of y^k at index k, in mm^(1 - k).
+    y_from, y_to
+        Positions y in mm at the parameters 0 and 1.
+    """
 
     coefficients: tuple[float, ...]
     y_from: float
@@ -303,13 +325,34 @@ class Registration:
         return np.stack((y * c - z * s, y * s + z * c), axis=-1)
 
     def from_reference(self, points: Floats) -> Floats:
-        """Points of the reference in the axes of the measured points, shape (..., 2) (mm)."""
+        """Points of the reference in the axes of the measured points, shape (..., 2) (mm).
+
+        Parameters
+        ----------
+        points : ndarray of shape (..., 2)
+            Points in the axes of the reference in mm.
+
+        Returns
+        -------
+        ndarray of shape (..., 2)
+            Points in the axes of the measured points in mm.
+        """
         return np.asarray(self.rotate(points) + np.array(self.shift))
 
     def to_reference(self, points: Floats) -> Floats:
         """Measured points in the axes of the reference, shape (..., 2) (mm).
 
         This is the inverse of `from_reference`.
+
+        Parameters
+        ----------
+        points : ndarray of shape (..., 2)
+            Points in the axes of the measured points in mm.
+
+        Returns
+        -------
+        ndarray of shape (..., 2)
+            Points in the axes of the reference in mm.
         """
         return Registration(turn_rad=-self.turn_rad).rotate(points - np.array(self.shift))
 
@@ -489,15 +532,15 @@ class SmoothingFrame:
 
     Attributes
     ----------
-    points (n, 2)
+    points : ndarray of shape (n, 2)
         Points in mm, without those that were left out.
-    s_mm (n,)
+    s_mm : ndarray of shape (n,)
         Arc length of each point along the reference.
-    values (n, 2)
+    values : ndarray of shape (n, 2)
         Smoothed quantity (mm): the deviations of the points from their nominal profile, or the points themselves.
-    normals (n, 2)
+    normals : ndarray of shape (n, 2)
         Normals of the reference, to its left.
-    relative_filter (n,)
+    relative_filter : ndarray of shape (n,) or None
         Filter length at each point divided by the full filter length, where it follows the curvature; None if it is
         constant.
     nominal
@@ -526,18 +569,18 @@ class SmoothingResult:
     ----------
     held
         Points and their reference.
-    residual_mm (n,)
+    residual_mm : ndarray of shape (n,)
         Distance of each point to the left of the smoothed profile.
     noise_mm
         Standard deviation of the noise of the points, across the profile.
     independent_noise_mm
         Standard deviation of the noise that is independent in each point.
-    correlated_noise_mm (n,)
+    correlated_noise_mm : ndarray of shape (n,)
         Noise that neighbours have in common: waves of an instrument, or waves of the profile that are shorter than its
         filter.
     filter_mm
         Wave length that the smoothing halves; in flat parts, if the filter follows the curvature.
-    curvature_noise_per_mm (n,)
+    curvature_noise_per_mm : ndarray of shape (n,)
         Standard deviation of the curvature of the profile that the noise causes (1/mm).
     """
 

@@ -109,6 +109,16 @@ def make_nominal_profile(segments: tuple[Segment, ...]) -> Profile:
     """Make the profile of nominal segments, once for all profile variants.
 
     Its table takes longer than the foot points.
+
+    Parameters
+    ----------
+    segments
+        Segments of the nominal profile.
+
+    Returns
+    -------
+    Profile
+        Profile of these segments, kept for equal segments.
     """
     return Profile(name="nominal", kind="rail", segments=segments)
 
@@ -264,6 +274,16 @@ def select_running_part(frame: SmoothingFrame) -> NDArray[np.bool_]:
     """Select the points on the running part of the profile.
 
     The mask (n,) selects all points if hardly any point is on the running part.
+
+    Parameters
+    ----------
+    frame
+        Points with their normals.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Whether each point is selected.
     """
     is_flat = np.abs(frame.normals[:, 0]) < _RUNNING_SLOPE * np.abs(frame.normals[:, 1])
     return is_flat if np.count_nonzero(is_flat) >= _FEWEST_RUNNING else np.ones_like(is_flat)

@@ -33,11 +33,11 @@ def fit_smoothing_spline(s_mm: Floats, values: Floats, filter_mm: float, relativ
 
     Parameters
     ----------
-    s_mm (n,), values (n, k)
+    s_mm, values : ndarrays of shapes (n,), (n, k)
         Arc lengths, ascending (mm), and the values that are smoothed.
     filter_mm
         Filter length (mm).
-    relative (n,)
+    relative : ndarray of shape (n,) or None
         Filter length at each point divided by `filter_mm`; None for a constant length.
 
     Returns

@@ -59,7 +59,18 @@ TOLERANCES_BY_KIND: Mapping[str, Tolerance] = {
 
 
 def find_kind(column: str) -> str:
-    """Kind of a column, by its whole name, by its unit, or `default`."""
+    """Kind of a column, by its whole name, by its unit, or `default`.
+
+    Parameters
+    ----------
+    column
+        Name of the column.
+
+    Returns
+    -------
+    str
+        Kind, a key of the tolerances.
+    """
     fitting = (kind for pattern, kind in _TOLERANCE_DOCUMENT["patterns"].items() if re.search(pattern, column))
     return _KIND_BY_COLUMN.get(column) or next(fitting, "default")
 
@@ -85,13 +96,34 @@ class Tolerances:
     columns: Mapping[str, Tolerance] = field(default_factory=dict)
 
     def of(self, column: str) -> Tolerance | None:
-        """Tolerance of a column; None for texts and columns that are not compared."""
+        """Tolerance of a column; None for texts and columns that are not compared.
+
+        Parameters
+        ----------
+        column
+            Name of the column.
+
+        Returns
+        -------
+        Tolerance or None
+            Tolerance of the column, or of its kind.
+        """
         return self.columns.get(column) or self.kinds.get(find_kind(column))
 
     def compares(self, column: str) -> bool:
         """Whether a column is compared.
 
         A column of kind `effort` is compared only if it has a tolerance in `columns`.
+
+        Parameters
+        ----------
+        column
+            Name of the column.
+
+        Returns
+        -------
+        bool
+            Whether the column is compared.
         """
         return find_kind(column) != EFFORT_KIND or column in self.columns
 

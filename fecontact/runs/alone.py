@@ -40,7 +40,8 @@ def hertz(case: Case) -> Record:
     Raises
     ------
     InputError
-        As `place_case` and `hertz_of_case` do.
+        For profiles that cannot be read, positions in which the wheel does not run on the rail, and surfaces that
+        conform at the first contact point, so that there is no ellipse.
 
     Examples
     --------
@@ -72,7 +73,8 @@ def theory(case: Case, name: str) -> Record:
     Raises
     ------
     InputError
-        For an unknown name; as `place_case` does, and if there is no ellipse for Hertz.
+        For an unknown name, profiles that cannot be read, positions in which the wheel does not run on the rail, and
+        surfaces that conform, so that there is no ellipse for Hertz.
 
     Examples
     --------
@@ -168,7 +170,7 @@ def table(
         rows.append(row)
     rows_by_line = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
     middles = list(_iterate_middles(shifts, [load_N / 1e3 for load_N in loads]))
-    for middle, corners in report_progress(middles, len(middles), progress, "strips between lines"):
+    for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
         _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
     return equalise_columns(rows)
 

@@ -66,12 +66,12 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     if path.is_dir():
         raise InputError(f"study {path}: {_describe_folder(path)}")
     if not path.is_file():
-        raise InputError(f"study {path}: no such file; give a script of studies/ or a TOML file of cases")
+        raise InputError(f"study {path}: no such file; give a script or a TOML file of cases")
     if path.suffix == ".py":
         return _load_script(path, quick)
     if path.suffix == ".toml":
         return Study(name=path.stem, cases=read_toml_cases(path, quick=quick))
-    raise InputError(f"study {path}: the ending {path.suffix or '(none)'} is not known; allowed are .py and .toml")
+    raise InputError(f"study {path}: the file ending is {path.suffix or '(none)'}; allowed: .py, .toml")
 
 
 def list_result_files() -> dict[str, str]:
@@ -83,10 +83,10 @@ def _describe_folder(folder: Path) -> str:
     """Describe a folder that was given in place of a file, and the remedy."""
     for file, kind in list_result_files().items():
         if (folder / file).is_file():
-            return f"it is a folder with the results of a {kind}; `fecontact judge` reads it; give the file of a study"
+            return f"this folder has the results of a {kind}; give the file of a study, or use `fecontact judge`"
     study_files = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))
     files = ", ".join(map(str, study_files[:3])) + ", ..." * (len(study_files) > 3)
-    return f"it is a folder; give the file of a study{f', such as {files}' if files else ''}"
+    return f"this is a folder; give the file of a study{f', such as {files}' if files else ''}"
 
 
 def _load_script(path: Path, quick: bool) -> Study:
@@ -100,7 +100,9 @@ def _load_script(path: Path, quick: bool) -> Study:
     module = _import_script(path)
     make = getattr(module, "cases", None)
     if not callable(make):
-        raise InputError(f"study {path}: it has no function cases(quick=False) that returns a list of Case")
+        raise InputError(
+            f"study {path}: add a function cases(quick=False) that returns a list of Case; the script has none"
+        )
     cases = tuple(make(quick=quick))
     if not cases or not all(isinstance(case, Case) for case in cases):
         raise InputError(f"study {path}: cases() must return at least one Case and nothing else")

@@ -50,11 +50,11 @@ class Cost:
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
             f"about {format_duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
-            f" {format_duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB where verdicts stay open"
+            f" {format_duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB if verdicts stay open"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:
             return (expected,)
-        return (expected, f"{self.available_GB:.1f} GB are available: fewer --workers may be needed")
+        return (expected, f"{self.available_GB:.1f} GB are available: you may need fewer --workers")
 
 
 # CPU seconds of files, pictures and reports: per case or cell in its worker, and for all of them at the end. With
@@ -194,6 +194,16 @@ def use_common_load(case: Case) -> Case:
     Cases that share meshes are equal after this.
 
     A roll that depends on the load is different for each load; then the case is returned unchanged.
+
+    Parameters
+    ----------
+    case
+        Case with any load.
+
+    Returns
+    -------
+    Case
+        Case with the common load, or the unchanged case.
     """
     has_roll_by_load = case.roll == "loaded" and case.roll_load_N is None
     return case if has_roll_by_load else replace(case, load_N=_ANY_LOAD_N)

@@ -41,6 +41,11 @@ def compute_exact_peak_MPa() -> float:
 
     (6 F E*^2 / (pi^3 R^2))^(1/3), Johnson 1985, eq. 3.25. It is exact for small elastic deformations.
 
+    Returns
+    -------
+    float
+        Peak pressure in MPa.
+
     Examples
     --------
     >>> from fecontact.runs.demo import compute_exact_peak_MPa

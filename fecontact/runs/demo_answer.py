@@ -34,7 +34,7 @@ def write_answer_sentences(map_: ApplicabilityMap) -> list[str]:
     cells = map_.cells
     lost_cells = [cell for cell in cells if not cell.usable]
     if len(lost_cells) == len(cells):
-        return [f"There is no answer: {_count_lost_cells(lost_cells)}."]
+        return [f"No answer: {_count_lost_cells(lost_cells)}."]
     unresolved_cells = [cell for cell in cells if cell.usable and cell.verdict == "UNRESOLVED"]
     is_known = not (lost_cells or unresolved_cells)
     sentences = [

@@ -44,6 +44,15 @@ def prepare_for_study(out: Path, name: str, *, force: bool = False) -> None:
     """Create the folder of a study and check that it can be written.
 
     Parameters, and exceptions, are those of `prepare_for_case`; `name` is the name of the study.
+
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    name
+        Name of the study.
+    force
+        Whether results of another study in the folder are replaced.
     """
     prepare_folder(out, "study.json", lambda stored: stored["study"] == name, force)
 
@@ -73,9 +82,9 @@ def prepare_folder(out: Path, result_file: str, can_continue: Callable[[Any], bo
     """
     for file, kind in () if force else list_result_files().items():
         if (out / file).is_file() and not (file == result_file and _has_continuable_result(can_continue, out / file)):
-            existing_result = f"another {kind}" if file == result_file else f"a {kind}"
+            existing_result = f"a different {kind}" if file == result_file else f"a {kind}"
             raise InputError(
-                f"{out} holds {existing_result} ({file}), which would be lost; give another --out, or --force"
+                f"{out} has {existing_result} ({file}), which would be overwritten; give another --out, or --force"
             )
     out.mkdir(parents=True, exist_ok=True)
     probe = out / f".probe.{secrets.token_hex(6)}"

@@ -96,7 +96,18 @@ def digest_input_files(case: Case) -> dict[str, dict[str, str]]:
 
 
 def make_paths_absolute(case: Case) -> Case:
-    """Make the paths of a case absolute, for a process in another folder."""
+    """Make the paths of a case absolute, for a process in another folder.
+
+    Parameters
+    ----------
+    case
+        Case whose profiles may be files.
+
+    Returns
+    -------
+    Case
+        Case with absolute paths.
+    """
     paths = {body: profile_file(spec) for body, spec in case.profiles.items()}
     return case.with_profiles({body: str(path.absolute()) for body, path in paths.items() if path is not None})
 

@@ -77,7 +77,18 @@ class JudgedStudy:
         return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Parts for a terminal: the rows and the changed verdicts."""
+        """Parts for a terminal: the rows and the changed verdicts.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The parts.
+        """
         changed = (f"{name}: {before} -> {now}" for name, (before, now) in self.changed.items())
         return (*parts_of_judged_rows(self.rows), *changed)
 
@@ -138,7 +149,27 @@ def judge_study(
 def _judge_rows(
     before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None, progress: Progress | None
 ) -> list[Row]:
-    """Judge the cases of rows; rows that cannot be judged keep or get a status."""
+    """Judge the stored cases of a study again, in several processes if they are many.
+
+    Parameters
+    ----------
+    before
+        Rows of the study, a row per case.
+    folders
+        Folder of each case.
+    criteria
+        Criteria of the new verdicts.
+    creep
+        Friction and creepages; None for the stored values of each case.
+    progress
+        Receives the number of judged cases.
+
+    Returns
+    -------
+    list of Row
+        New rows in the order of the cases. A case that has failed keeps its row; a case whose files are missing or
+        damaged has a row with this reason as its status.
+    """
     rows = [_row_without_verdict(old, folder) for old, folder in zip(before, folders, strict=True)]
     open_folders = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
     with judges(len(open_folders), creep) as map_over:
@@ -217,9 +248,9 @@ def refuse_output_folder(folder: Path, out: Path | None) -> None:
         If `out` is refused.
     """
     if out is not None and out.resolve().is_relative_to(folder.resolve()):
-        relation = "is" if out.resolve() == folder.resolve() else "lies in"
-        raise InputError(f"--out {out} {relation} the folder of the results, which stay as they are; give another one")
+        relation = "is" if out.resolve() == folder.resolve() else "is inside"
+        raise InputError(f"--out {out} {relation} the folder of the results, which is not changed; give another folder")
     if out is not None and any((out / file).is_file() for file in list_result_files()):
         solved_file = next((name for name in _FILES_OF_SOLVED_RESULTS if (out / name).exists()), None)
         if solved_file is not None:
-            raise InputError(f"--out {out} holds other results, which were solved ({solved_file}); give another folder")
+            raise InputError(f"--out {out} has other solved results ({solved_file}); give another folder")

@@ -35,7 +35,18 @@ class Judged(Protocol):
         """Complete results for other programs."""
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Complete results for a terminal with `width` columns."""
+        """Complete results for a terminal with `width` columns.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The parts, such as lines and tables.
+        """
 
 
 def judge(
@@ -77,6 +88,17 @@ def judge(
     InputError
         If the folder holds no results or is `out`, for creepages without friction, and for a measure that needs
         friction if there is none.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.run([fecontact.Case(**pair, resolution="quick", refine="never")], folder)
+    ...     strict = fecontact.judge(folder, fecontact.Criteria(p_max=1e-3))
+    >>> outcome.rows[0]["verdict_answer"], strict.rows[0]["verdict_answer"]
+    ('HOLDS', 'UNRESOLVED')
     """
     folder, out = Path(folder), None if out is None else Path(out)
     criteria, creep = criteria or Criteria(), creep or Creep()
@@ -88,7 +110,7 @@ def judge(
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
-            f"{what}, but {folder} has no map.json; a study and a case have every theory in their tables, and forces by"
-            " --friction alone"
+            f"{what}, but {folder} is not a map (no map.json); leave it out: the tables of a study or a case have all"
+            " theories, and with --friction also forces"
         )
     return judge_study(folder, criteria, out, creep=given_creep, progress=progress)

@@ -30,6 +30,17 @@ def load(folder: str | Path) -> Any:
     ------
     InputError
         If there is nothing to read, a result is damaged, or another version of the program solved it.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.run([fecontact.Case(**pair, resolution="quick", refine="never")], folder)
+    ...     (result,) = fecontact.load(folder)
+    >>> result.status, result.verdict.answer
+    ('converged', 'HOLDS')
     """
     folder = Path(folder)
     if (folder / RECORD_FILE).is_file():
@@ -43,4 +54,4 @@ def load(folder: str | Path) -> Any:
         return tuple(read_case(case_path) for case_path in folders)
     if (folder / "map.json").is_file():
         return load_map(folder)
-    raise InputError(f"{folder}: it has no {' or '.join(_FILES)}; {REMEDY}")
+    raise InputError(f"{folder} has no {' or '.join(_FILES)}; {REMEDY}")

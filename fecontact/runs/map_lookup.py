@@ -52,10 +52,10 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
     ]
     if different:
         differences = "; ".join(
-            f"{name} {map_inputs.get(name)!r} there, {given_inputs.get(name)!r} here" for name in different
+            f"{name} {map_inputs.get(name)!r} in the map, {given_inputs.get(name)!r} given" for name in different
         )
         raise InputError(
-            f"{folder}: it is the map of another contact ({differences}); give the same inputs, or another map"
+            f"{folder}: this is the map of a different contact ({differences}); give the same inputs, or another map"
         )
     return list(load_table(folder / "map.csv").rows.to_dict("records"))
 

@@ -198,7 +198,18 @@ def _restore_position(stored: StoredPosition) -> MapPosition:
 
 
 def has_open_loads(folder: Path) -> bool:
-    """Whether a finished position has failed or not converged loads, which are worth another attempt."""
+    """Whether a finished position has failed or not converged loads, which are worth another attempt.
+
+    Parameters
+    ----------
+    folder
+        Folder of the position.
+
+    Returns
+    -------
+    bool
+        Whether a load is open; False for a missing or damaged position, which is solved anyway.
+    """
     try:
         return not all(is_usable_status(cell) for cell in read_solution(folder)["cells"])
     except (InputError, KeyError, TypeError):

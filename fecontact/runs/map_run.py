@@ -109,7 +109,7 @@ def run_map(
     refuse_measure(base_case, measure, theory)
     if base_case.roll == "loaded" and base_case.roll_load_N is None:
         raise InputError(
-            "map: it has one roll for all loads of a position; say under which load it is found, roll_load_kN"
+            "map: all loads of a position have the same roll; give the wheel load for this roll, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
         )
     # all cases are made first: a value that no case can have is refused before anything is solved
@@ -147,6 +147,7 @@ class _MapRun:
     dear: bool
 
     def __post_init__(self) -> None:
+        """Start without positions, and decide whether each cell has a picture."""
         self._shifts = {make_case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
         self._positions: dict[float, MapPosition] = {}
         self.pictures: dict[tuple[float, float], bytes] = {}
@@ -302,6 +303,18 @@ def map_(
     ------
     InputError
         As `run_map` does, and for a folder that holds other results.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> case = fecontact.Case(**pair, resolution="quick", refine="never")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.map(case, [0.0], [60e3, 100e3], folder)
+    ...     cells = fecontact.load(folder).rows()
+    >>> [(cell["load_kN"], cell["verdict_answer"]) for cell in cells]
+    [(60.0, 'HOLDS'), (100.0, 'HOLDS')]
     """
     require_finite_elements()
     map_arguments = (

@@ -169,7 +169,7 @@ def report_judged(
             out,
             shown=shown_pair,
             criteria=criteria,
-            pictures="judge a case alone to see another one",
+            pictures="judge a single case to see its picture",
         )
 
 

@@ -157,7 +157,7 @@ def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()
         If the file of a profile was changed.
     """
     if make_case_id(case, loads_N) != name:
-        raise InputError("a profile's file changed while it was used for solving; give the same command again")
+        raise InputError("a profile file was changed during the solution; run the same command again")
 
 
 def make_job(case: Case, folder: Path, work: Work, *, label: str = "", group: str = "") -> Job:
@@ -293,7 +293,15 @@ def write_case_records(
 
 
 def seal_case(case: Case, folder: Path) -> None:
-    """Seal the files of a case in a folder that may have other files."""
+    """Seal the files of a case in a folder that may have other files.
+
+    Parameters
+    ----------
+    case
+        Solved case.
+    folder
+        Folder with the files of its result.
+    """
     sealed_files = [
         folder / file for file in (SOLUTION_FILE, FIELDS_FILE, RECORD_FILE, ROW_FILE, *_BODY_FILES, *_PICTURE_FILES)
     ]
@@ -302,7 +310,15 @@ def seal_case(case: Case, folder: Path) -> None:
 
 
 def copy_profiles(case: Case, folder: Path) -> None:
-    """Copy the profile files of a case beside its result; the case could not be judged again without them."""
+    """Copy the profile files of a case beside its result; the case could not be judged again without them.
+
+    Parameters
+    ----------
+    case
+        Solved case.
+    folder
+        Folder of its result.
+    """
     for body, spec in case.profiles.items():
         if (name_and_content := read_content(spec)) is not None:
             target = folder / PROFILES_FOLDER / body / name_and_content[0]
@@ -441,6 +457,11 @@ def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
     remedy
         Remedy for the message.
 
+    Yields
+    ------
+    None
+        Control to the enclosed code.
+
     Raises
     ------
     InputError
@@ -452,7 +473,7 @@ def refuse_changed_files(path: Path, remedy: str) -> Iterator[None]:
         raise
     except Exception as error:
         reason = f"{type(error).__name__}: {error}"
-        raise InputError(f"{path}: it cannot be read ({reason}); {remedy}") from error
+        raise InputError(f"{path} cannot be read ({reason}); {remedy}") from error
 
 
 def _restore_case(stored: StoredPosition) -> CaseResult:
@@ -495,7 +516,7 @@ def read_solution(folder: Path) -> Mapping[str, Any]:
     record = read_json(path)
     schema = record.get("schema") if isinstance(record, Mapping) else None
     if not isinstance(record, Mapping) or schema != SCHEMA:
-        raise InputError(f"{path}: its layout is {schema}, not {SCHEMA}; solve it again")
+        raise InputError(f"{path}: the layout is {schema}; allowed: {SCHEMA}; solve it again")
     return record
 
 
@@ -527,7 +548,7 @@ def read_stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
             continue
         if name is None or PureWindowsPath(name).name != name:
             raise InputError(
-                f"{folder}: {body} is {spec!r:.80}; allowed is the name of a file beside the result, with @"
+                f"{folder}: {body} is {spec!r:.80}; allowed: the name of a file in this folder, with @ and its hash"
             )
         files[body] = str(folder / PROFILES_FOLDER / body / name)
     return case.with_profiles(files)

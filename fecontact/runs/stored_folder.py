@@ -21,6 +21,16 @@ def refuse_unusable(folder: Path) -> None:
     """Raise `InputError` if a finished case or position cannot be judged any more.
 
     The message has the reason and the remedy.
+
+    Parameters
+    ----------
+    folder
+        Folder of the case or position.
+
+    Raises
+    ------
+    InputError
+        If the result is missing, damaged, or of another version.
     """
     if problem := describe_unusable_result(folder):
         raise InputError(problem)
@@ -41,7 +51,7 @@ def describe_unusable_result(folder: Path) -> str | None:
     """
     file = folder / SOLUTION_FILE
     if not file.is_file():
-        return f"{folder}: there is no finished result of this version ({SOLUTION_FILE}); solve it"
+        return f"{folder}: no finished result of this version ({SOLUTION_FILE}); solve it"
     manifest = read_intact_manifest(folder)
     if isinstance(manifest, str):
         return f"{folder}: {manifest}; solve it again"
@@ -56,7 +66,9 @@ def describe_unusable_result(folder: Path) -> str | None:
     )
     if stored_source == present_source:
         return None
-    return f"{folder}: made by another version: {SOLVING_SOURCE} {stored_source} -> {present_source}; solve it again"
+    return (
+        f"{folder}: made by a different version: {SOLVING_SOURCE} {stored_source} -> {present_source}; solve it again"
+    )
 
 
 def read_stored_study(folder: Path) -> tuple[str, list[Row], int]:
@@ -78,11 +90,11 @@ def read_stored_study(folder: Path) -> tuple[str, list[Row], int]:
         If the file is missing, or has another layout.
     """
     if not (folder / "study.json").exists():
-        raise InputError(f"{folder}: there are no results in it; {REMEDY}")
+        raise InputError(f"{folder} has no results; {REMEDY}")
     document = read_sealed_document(folder / "study.json", STUDY_SCHEMA, "run the study again")
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
-        raise InputError(f"{folder / 'study.json'}: it is no list of rows; run the study again")
+        raise InputError(f"{folder / 'study.json'}: this is not a list of rows; run the study again")
     cases = document.get("cases")
     return name, rows, max(cases if isinstance(cases, int) else 0, len(rows))
 
@@ -122,7 +134,7 @@ def read_sealed_document(path: Path, schema: str, remedy: str) -> Mapping[str, A
     """
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != schema:
-        raise InputError(f"{path}: its layout is not {schema}; {remedy}")
+        raise InputError(f"{path}: the layout is not {schema}; {remedy}")
     if problem := explain_broken_seal(path, document):
         raise InputError(f"{problem}; {remedy}")
     return document

@@ -64,7 +64,18 @@ class JudgedMap:
         return build_map_record(self.map)
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
-        """Parts for a terminal: the map by its measure."""
+        """Parts for a terminal: the map by its measure.
+
+        Parameters
+        ----------
+        width
+            Columns of the terminal; None without a terminal.
+
+        Returns
+        -------
+        iterable
+            The lines of the map.
+        """
         return format_map_lines(self.map, self.measure, self.theory, width=width)
 
 
@@ -222,7 +233,7 @@ def read_map(
             for shift in folders
         ]
         if not positions_by_shift:
-            reason = next(iter(problems.values()), "none is there")
+            reason = next(iter(problems.values()), "the map has no position")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
         first = usable[min(positions_by_shift)]
         stored_base_case = read_stored_case(first, read_solution(first)["case"])

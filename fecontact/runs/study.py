@@ -220,8 +220,8 @@ def _collect_cases(named_cases: list[tuple[str, Case]]) -> dict[str, Case]:
         if (first.criteria, first.creep) != (case.criteria, case.creep):
             what = "criteria" if first.criteria != case.criteria else "friction or creepages"
             raise InputError(
-                f"case {name} is there with different {what}; a case is solved once: give each by one set of"
-                " them, and judge the results again by others (fecontact judge)"
+                f"case {name} occurs with different {what}; a case is solved once: give it with one set, and judge"
+                " the results by other sets with fecontact judge"
             )
     return cases
 
@@ -304,7 +304,7 @@ def _write_conclusion(study: Study, rows: list[Row], out: Path) -> str | None:
         return None
     unusable = sum(not is_usable_status(row) for row in rows)
     if unusable:
-        return f"No conclusion: {unusable} of {len(rows)} cases gave no usable result."
+        return f"No conclusion: {unusable} of {len(rows)} cases have no usable result."
     return study.conclude(rows, out)
 
 
@@ -353,6 +353,16 @@ def run(
     InputError
         If the study cannot be read, or another run has the folder. A case that cannot be solved raises no error: the
         status of its row gives the reason.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     outcome = fecontact.run([fecontact.Case(**pair, resolution="quick", refine="never")], folder)
+    >>> [(row["status"], row["verdict_answer"]) for row in outcome.rows]
+    [('converged', 'HOLDS')]
     """
     require_finite_elements()
     settings = RunSettings(workers=workers, threads=threads, force=force)

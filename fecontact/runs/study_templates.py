@@ -31,6 +31,6 @@ def write_templates(folder: Path) -> tuple[Path, ...]:
     """
     existing_files = [str(folder / name) for name in _TEMPLATES if (folder / name).exists()]
     if existing_files:
-        raise InputError(f"{', '.join(existing_files)}: there already; give another folder")
+        raise InputError(f"init would overwrite {', '.join(existing_files)}; give another folder")
     templates = files("fecontact.runs") / "templates"
     return tuple(write_text(folder / name, (templates / file).read_text("utf-8")) for name, file in _TEMPLATES.items())

@@ -49,7 +49,7 @@ def read_toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
         if tables is None:
             return _combine(common, quick)
         if not isinstance(tables, list) or not tables or not all(isinstance(table, dict) for table in tables):
-            raise InputError("case: cases are given as tables, each of which begins with the line [[case]]")
+            raise InputError("case: give each case as a table that begins with the line [[case]]")
     cases: list[Case] = []
     for number, table in enumerate(tables, start=1):
         with _name_in_errors(f"study {path}, [[case]] {number}"):
@@ -80,7 +80,7 @@ def read_case_table(table: Mapping[str, Any]) -> Case:
     with _name_in_errors("[case]"):
         cases = _combine(_read_values(table, "case."), quick=False)
         if len(cases) > 1:
-            raise InputError(f"its lists make {len(cases)} cases; allowed: one; give one value for each key")
+            raise InputError(f"the lists make {len(cases)} cases; allowed: 1; give one value per key")
     return cases[0]
 
 
@@ -88,7 +88,7 @@ def _parse_file(path: Path) -> dict[str, Any]:
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"study {path}: it cannot be read ({error})") from error
+        raise InputError(f"study {path} cannot be read ({error})") from error
     return read_toml_text(text, f"study {path}")
 
 
@@ -112,7 +112,7 @@ def _read_values(inputs_by_key: Mapping[str, Any], prefix: str = "") -> Values:
             with _name_in_errors(f"[{prefix}{key}]"):
                 values |= _read_table(value, key, prefix)
         else:
-            raise InputError(f"{key} is {value!r}; it is a table, which begins with the line [{prefix}{key}]")
+            raise InputError(f"{key} is {value!r}; give a table that begins with the line [{prefix}{key}]")
     return values
 
 
@@ -129,7 +129,7 @@ def _read_table(entries: Mapping[str, Any], table: str, prefix: str) -> Values:
         slot = _find_slot(key, table, prefix)
         with _name_in_errors(key):
             if isinstance(value, list) and not slot.input.each:
-                raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a list cannot stand in a table")
+                raise InputError(f"it is {value!r}; allowed: {slot.input.allowed}; a table must not have lists")
             values[slot] = [slot.input.read(value)]
     return values
 
@@ -147,12 +147,14 @@ def _find_slot(key: str, table: str, prefix: str) -> InputPlace:
         return slots_by_key[key]
     if advice := explain_former_name(key):
         raise InputError(advice)
-    other_tables = [f"[{prefix}{slot.table}]" if slot.table else "no table" for slot in INPUTS if slot.key == key]
+    other_tables = [
+        f"[{prefix}{slot.table}]" if slot.table else "the keys above all tables" for slot in INPUTS if slot.key == key
+    ]
     table_names = () if table else tuple(PARTS) if prefix else (*PARTS, "case")
     slots_by_name = {name: name for name in (*slots_by_key, *table_names)}
     # a user may use the name of an input in Python or on the command line
     slots_by_name |= {name: slot.key for slot in slots_by_key.values() for name in (slot.field, *slot.input.options)}
-    suggestion = f"; {key} stands in {' or '.join(other_tables)}" if other_tables else suggest_name(key, slots_by_name)
+    suggestion = f"; {key} belongs to {' or '.join(other_tables)}" if other_tables else suggest_name(key, slots_by_name)
     tables = "" if table else f"; tables: {', '.join(f'[{prefix}{name}]' for name in PARTS)}"
     raise InputError(f"{key}: there is no such key{suggestion}; keys: {', '.join(slots_by_key)}{tables}")
 
@@ -162,7 +164,7 @@ def _read_list(slot: InputPlace, value: Any) -> list[Any]:
     description = slot.input
     if isinstance(value, list) and not (value and description.one_list(value)):
         if not value:
-            raise InputError(f"it is an empty list; allowed: {description.allowed}, or a list of such values")
+            raise InputError(f"the list is empty; allowed: {description.allowed}, or a list of such values")
         return [element_value for element in value for element_value in _read_element(slot, element)]
     return _read_element(slot, value)
 
@@ -193,7 +195,7 @@ def _combine(values: Values, quick: bool) -> tuple[Case, ...]:
     slots = sorted(values, key=_sorting_key)
     count = math.prod(len(values[slot]) for slot in slots)
     if count > _MAX_CASES:
-        raise InputError(f"the lists make {count} cases; allowed are {_MAX_CASES}; take shorter lists or [[case]]")
+        raise InputError(f"the lists make {count} cases; allowed: at most {_MAX_CASES}; use shorter lists or [[case]]")
     return tuple(
         make_case(dict(zip(slots, combination, strict=True)))
         for combination in product(*(values[combined_slot] for combined_slot in slots))

@@ -84,7 +84,7 @@ def validate(
             checks_by_study[study.name] = study.checks([row for row in outcome.rows if is_usable_status(row)])
         except FecontactError as error:
             # an error in a study must not lose hours of other studies
-            unusable.append(f"{study.name}: its checks: {error}")
+            unusable.append(f"{study.name}: error in its checks: {error}")
     path = table or out / "VALIDATION.md"
     questions = {study.name: study.question for study in studies}
     previous_text = path.read_text("utf-8") if path.exists() else ""
@@ -118,5 +118,5 @@ def load_checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple
     loaded = [load_study(path, quick=quick) for path in paths]
     studies_with_checks = tuple(study for study in loaded if study.checks is not None)
     if not studies_with_checks:
-        raise InputError("validate: none of the studies has a function checks(rows); give scripts of studies/ that do")
+        raise InputError("validate: none of the studies has a function checks(rows); give scripts that have one")
     return studies_with_checks

@@ -149,6 +149,18 @@ def compute_normal_force(case: Case, placement: Placement) -> float:
     """Normal force at first contact under the load of a case, in N.
 
     The first contact point is assumed to carry the whole load.
+
+    Parameters
+    ----------
+    case
+        Case with its load in N.
+    placement
+        The wheel on the rail.
+
+    Returns
+    -------
+    float
+        Normal force in N.
     """
     return case.load_N / float(placement.first.normal @ compute_load_direction(case, placement))
 

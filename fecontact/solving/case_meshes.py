@@ -30,7 +30,7 @@ class MeshedPair:
         Case of the bodies.
     rail, wheel
         Meshes of rail and wheel.
-    direction (3,)
+    direction : ndarray of shape (3,)
         Unit vector against which the wheel is pushed: upwards, or the contact normal at first contact.
     approach_mm
         Displacement of the wheel along the direction under the load of the case, if both bodies were half-spaces.

@@ -109,7 +109,13 @@ class ExpectedPatch:
     parts: tuple[DistantPatch, ...]
 
     def joined(self) -> ExpectedPatch:
-        """Expected patch without distant patches, with equal elements everywhere."""
+        """Expected patch without distant patches, with equal elements everywhere.
+
+        Returns
+        -------
+        ExpectedPatch
+            Patch with a single stretch of elements.
+        """
         whole_patch = DistantPatch(
             s_low_mm=self.s_low_mm,
             s_high_mm=self.s_high_mm,
@@ -383,7 +389,28 @@ def _make_fitted_grid(
 ) -> ContactGrid:
     """Grid that fits a contact, with a number of nodes on its narrowest semi-axis.
 
-    If there would be too many nodes, the narrowest lobes have fewer.
+    If there would be too many nodes, the narrowest lobes have fewer. Distant patches have bands of nodes of their own.
+
+    Parameters
+    ----------
+    rung
+        Solved contact, with lobes that its nodes resolve.
+    nodes
+        Nodes on the narrowest semi-axis in each direction.
+    room_mm
+        Least room around the contact along x and across, in mm; three steps if this is more.
+    most
+        Largest number of nodes of a half model; `MOST_NODES` if not given.
+
+    Returns
+    -------
+    ContactGrid
+        Grid over the contact with its room.
+
+    Raises
+    ------
+    ConvergenceError
+        If nodes that follow the narrowest lobe would be more than `MOST_NODES`.
     """
     grid, sizes = rung.grid, measure_lobe_sizes(rung)
     (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)

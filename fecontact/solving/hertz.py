@@ -77,5 +77,18 @@ def compute_hertz_points(case: Case, placement: Placement) -> HertzAtContactPoin
 
 
 def compute_load_direction(case: Case, placement: Placement) -> Floats:
-    """Unit vector (3,) along which the load of a case acts."""
+    """Unit vector (3,) along which the load of a case acts.
+
+    Parameters
+    ----------
+    case
+        Case with the kind of its load.
+    placement
+        The wheel on the rail.
+
+    Returns
+    -------
+    ndarray of shape (3,)
+        Unit vector in the track frame, upwards.
+    """
     return placement.load_direction(normal=case.load_kind == "normal")

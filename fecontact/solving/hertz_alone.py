@@ -57,7 +57,7 @@ def evaluate_hertz(case: Case) -> HertzEvaluation:
     Raises
     ------
     InputError
-        As in `place_case` and `hertz_of_case`.
+        As in `place_case` and `compute_hertz`.
 
     Examples
     --------

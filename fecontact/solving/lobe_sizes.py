@@ -61,6 +61,16 @@ def measure_narrowest_semi_axes_mm(rung: Rung) -> tuple[float, float]:
     """Semi-axes of the narrowest lobe of a contact, without small lobes.
 
     Half length along x and smaller half width across in mm. The contact must be on nodes that resolve its lobes.
+
+    Parameters
+    ----------
+    rung
+        Solved contact.
+
+    Returns
+    -------
+    length, width
+        Half length along x, and half width across, in mm.
     """
     return measure_lobe_sizes(rung, least_nodes=_LEAST_NODES).narrowest
 

@@ -100,9 +100,9 @@ def couple_bodies(
 
     Raises
     ------
-    NotEnoughMemory
+    MemoryShortageError
         If the meshes need more memory than the machine has.
-    NotCovered, FoldedMesh
+    CoverageError, FoldedMeshError
         If a body does not cover the zone, or if its elements fold.
     """
     check_memory(
@@ -181,7 +181,18 @@ class CoupledProblem:
     compliance_error: float
 
     def with_gap(self, gap_mm: Floats) -> CoupledProblem:
-        """Contact of these bodies with another gap (n,) in mm."""
+        """Contact of these bodies with another gap (n,) in mm.
+
+        Parameters
+        ----------
+        gap_mm : ndarray of shape (n,)
+            Gap on the nodes in mm.
+
+        Returns
+        -------
+        CoupledProblem
+            Problem with this gap for the bodies and for the half-space.
+        """
         return replace(
             self, bodies=replace(self.bodies, gap_mm=gap_mm), half_space=replace(self.half_space, gap_mm=gap_mm)
         )
@@ -324,6 +335,15 @@ class CoupledMesh:
         """Make and couple both bodies.
 
         `coarser` is a factor on the element sizes, and `room` is the room that other meshes needed.
+
+        Parameters
+        ----------
+        position
+            Placed case with its element sizes.
+        coarser
+            Factor on the element sizes (-).
+        room
+            Room around the patch that other meshes needed.
         """
         self.plastic: tuple[YieldingBodies, PlasticContact] | None = None
         self._position, self._coarser = position, coarser
@@ -413,9 +433,22 @@ class CoupledMesh:
         return replace(level, yielded=result.yielded)
 
     def _slide_mm(self, true_gap: TrueGap, solution: ContactSolution) -> float:
-        """Distance that the wheel moves along the rail below the patch.
+        """Lateral slide of the wheel along the tangent of the rail's profile at first contact.
 
-        The tangential deformation of both bodies there is subtracted.
+        The slide is the tangential part of the approach minus the tangential deformation of both bodies below the
+        patch, a mean with the pressure as its weight.
+
+        Parameters
+        ----------
+        true_gap
+            Gap with the direction of the approach.
+        solution
+            Contact under this gap.
+
+        Returns
+        -------
+        float
+            Slide in mm.
         """
         tangent = true_gap.placement.first.tangent
         force = self.bodies.grid.whole_area_mm2() * solution.pressure_MPa
@@ -614,7 +647,15 @@ class Meshes:
     """
 
     def __init__(self, position: Position, *, keep: bool = False) -> None:
-        """Start without any mesh."""
+        """Start without any mesh.
+
+        Parameters
+        ----------
+        position
+            Placed case with its element sizes.
+        keep
+            Whether the bodies of the finest mesh are kept.
+        """
         self.position = position
         self.bodies: SolvedBodies | None = None
         self._keep = keep
@@ -902,6 +943,16 @@ def estimate_coarser_unknowns(level: Level) -> float:
     """Expected degrees of freedom of the coarser meshes.
 
     Graded meshes grow with about the square of MESH_RATIO.
+
+    Parameters
+    ----------
+    level
+        Mesh level with its finer meshes.
+
+    Returns
+    -------
+    float
+        Number of degrees of freedom of both bodies.
     """
     return sum(level.degrees_of_freedom.values()) / MESH_RATIO**2
 

@@ -43,7 +43,20 @@ def compute_plane_angles(placement: Placement, rung: Rung) -> Floats:
 
 
 def compute_normal_angles(placement: Placement, s_mm: Floats) -> Floats:
-    """Angle (ns,) in rad of the rail's normals at arc lengths from first contact (mm)."""
+    """Angle (ns,) in rad of the rail's normals at arc lengths from first contact (mm).
+
+    Parameters
+    ----------
+    placement
+        The wheel on the rail.
+    s_mm : ndarray of shape (ns,)
+        Arc lengths from the first contact point in mm.
+
+    Returns
+    -------
+    ndarray of shape (ns,)
+        Angle from the vertical in rad.
+    """
     _, normals = placement.surface(0.0, s_mm)
     return np.asarray(np.arctan2(-normals[:, 1], normals[:, 2]))
 

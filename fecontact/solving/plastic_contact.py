@@ -145,7 +145,18 @@ class YieldingBodies:
         return cls(coupled=coupled, problem=problem, model=model, zones=tuple(zones))
 
     def with_yield(self, factor: float) -> YieldingBodies:
-        """Bodies with yield stresses multiplied by a factor."""
+        """Bodies with yield stresses multiplied by a factor.
+
+        Parameters
+        ----------
+        factor
+            Factor on the yield stresses (-).
+
+        Returns
+        -------
+        YieldingBodies
+            Bodies with the new yield stresses.
+        """
         zones = (replace(zone, law=replace(zone.law, yield_MPa=factor * zone.law.yield_MPa)) for zone in self.zones)
         return replace(self, zones=tuple(zones))
 
@@ -269,6 +280,16 @@ class YieldingBodies:
         """Displacements of both bodies by their plastic strain alone, without load.
 
         Arrays (nodes, 3) in mm.
+
+        Parameters
+        ----------
+        contact
+            Contact with plastic strains.
+
+        Returns
+        -------
+        tuple of ndarray
+            Displacements of the rail and of the wheel.
         """
         forces = self._plastic_forces(_plastic_strains(contact.states))
         return self.coupled.displacements(np.zeros_like(contact.solution.pressure_MPa), forces)

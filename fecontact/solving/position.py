@@ -59,6 +59,11 @@ class Clock:
         """Start without any step.
 
         `progress` is called with the name of each step as it begins, after the `stage` and a colon if there is a stage.
+
+        Parameters
+        ----------
+        progress
+            Function that is called with a text; None for no calls.
         """
         self.stage = ""
         self.seconds: dict[str, float] = {}
@@ -73,6 +78,11 @@ class Clock:
         ----------
         name
             Name of the step.
+
+        Yields
+        ------
+        None
+            Control to the measured code.
         """
         if self._progress is not None:
             self._progress(f"{self.stage}: {name}" if self.stage else name)
@@ -84,7 +94,13 @@ class Clock:
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
     def take_seconds(self) -> dict[str, float]:
-        """Return the seconds of each step since the last call."""
+        """Return the seconds of each step since the last call.
+
+        Returns
+        -------
+        dict
+            Seconds by the names of the steps.
+        """
         seconds, self.seconds = self.seconds, {}
         return seconds
 
@@ -135,6 +151,16 @@ class Position:
         """Largest width of the elements below a lateral range of the surface in mm.
 
         `low_mm` and `high_mm` are positions in mm from the first contact point; inf without elements.
+
+        Parameters
+        ----------
+        low_mm, high_mm
+            Ends of the range in mm from the first contact point.
+
+        Returns
+        -------
+        float
+            Width in mm.
         """
         patches = [patch for patch in self.expected.parts if patch.s_low_mm <= high_mm and patch.s_high_mm >= low_mm]
         return max((choose_element_width_mm(self.element_size_mm, patch) for patch in patches), default=math.inf)
@@ -281,7 +307,7 @@ def expect_on_half_space(
     Raises
     ------
     InputError
-        As in `place_case` and `hertz_of_case`, and if the patch reaches the end of the running surface.
+        As in `place_case` and `compute_hertz`, and if the patch reaches the end of the running surface.
     ConvergenceError
         If the patch grows without bound.
     """
@@ -327,7 +353,20 @@ def refuse_fully_plastic(case: Case, p_max_MPa: float) -> None:
 
 
 def make_true_gap(case: Case, placement: Placement) -> TrueGap:
-    """True gap of a case, with the half-space and the direction of the load."""
+    """True gap of a case, with the half-space and the direction of the load.
+
+    Parameters
+    ----------
+    case
+        Case with its materials and its kind of load.
+    placement
+        The wheel on the rail.
+
+    Returns
+    -------
+    TrueGap
+        The gap before any approach.
+    """
     return TrueGap(
         placement=placement,
         contact_modulus_MPa=case.contact_modulus_MPa,

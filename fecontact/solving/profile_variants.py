@@ -41,7 +41,7 @@ def judge_case_variants(case: Case, placement: Placement) -> ProfileVariants | N
 
     Returns
     -------
-    Lines or None
+    ProfileVariants or None
         Theories on the reference variant and on all other variants; None for exact profiles.
     """
 

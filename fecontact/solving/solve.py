@@ -70,6 +70,16 @@ class CaseResult:
     bodies
         Both meshes with their displacements; None in a result that was read from a folder, which has them in `rail.vtu`
         and `wheel.vtu`.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> result.pressure_MPa.shape == result.grid.shape
+    True
+    >>> round(result.normal_force_N, -1)
+    100000.0
     """
 
     load: JudgedLoad
@@ -82,6 +92,7 @@ class CaseResult:
         return f"<CaseResult{repr(self.load).removeprefix('<JudgedLoad')}"
 
     def _repr_html_(self) -> str:
+        """Table of the deviations of Hertz with their uncertainties, for a notebook."""
         rows = {
             measure: {"deviation of Hertz": f"{deviation:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
             for measure, deviation in self.load.deviation.items()
@@ -196,6 +207,16 @@ def solve(case: Case, *, progress: Progress | None = None) -> CaseResult:
     InputError
         For inputs that cannot be solved, with value, range and remedy; `MemoryShortageError` if the machine has too
         little memory.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> result.status, result.verdict.answer
+    ('converged', 'HOLDS')
+    >>> abs(result.load.deviation["p_max_MPa"]) < 0.05
+    True
     """
     case.creep.refuse_unheard()
     position = expect_position(case, progress=progress)
@@ -283,7 +304,15 @@ class LoadSweep:
     """
 
     def __init__(self, case: Case, planned_N: Sequence[float] = ()) -> None:
-        """Place the case."""
+        """Place the case.
+
+        Parameters
+        ----------
+        case
+            Case; its load is replaced by the loads that are solved.
+        planned_N
+            Loads in N that will be solved, for the choice of common meshes.
+        """
         self._position = _placed(case, planned_N)
         self.placement = self._position.placement
         self._planned: dict[float, Position] = {}
@@ -350,7 +379,18 @@ class LoadSweep:
             return judge_load(solved_load, self.placement, THEORIES if refine else (HERTZ,))
 
     def is_ready_for(self, load_N: float) -> bool:
-        """Whether a planned load can be solved on the meshes with factors in memory."""
+        """Whether a planned load can be solved on the meshes with factors in memory.
+
+        Parameters
+        ----------
+        load_N
+            Load in N.
+
+        Returns
+        -------
+        bool
+            Whether no new mesh is needed.
+        """
         position = self._planned.get(load_N)
         return position is not None and self._open is not None and self._open is self._find_group(position)
 
@@ -502,7 +542,7 @@ class Stiffness:
         Contact compliance, which Hertz includes, and bulk compliance of the bodies down to their cut planes, which
         Hertz leaves out. The bulk compliance is negative if the cut planes stiffen the bodies by more than the shape of
         the bodies softens them, compared with half-spaces.
-    covariance (2, 2)
+    covariance : ndarray of shape (2, 2)
         Covariance of c1 and c2; NaN for two points.
     hertz_c1_mm_per_N23
         K_H^(-2/3).

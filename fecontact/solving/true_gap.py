@@ -37,7 +37,7 @@ class TrueGap:
         Wheel on rail.
     contact_modulus_MPa
         Contact modulus in MPa.
-    direction (3,)
+    direction : ndarray of shape (3,)
         Unit vector along which the load acts and the bodies approach.
     slide_mm
         Distance that the wheel moves along the tangent at first contact under the load. If it is not 0, the gap is the
@@ -63,7 +63,18 @@ class TrueGap:
         return abs(float(self.direction @ self.placement.first.tangent)) > math.sin(_STEEP_RAD)
 
     def after(self, approach_mm: float) -> TrueGap:
-        """Gap after the slide that belongs to an approach along the contact normal."""
+        """Gap after the slide that belongs to an approach along the contact normal.
+
+        Parameters
+        ----------
+        approach_mm
+            Approach in mm.
+
+        Returns
+        -------
+        TrueGap
+            Gap with the bodies slid along the tangent.
+        """
         tangential_share = float(self.direction @ self.placement.first.tangent)
         return replace(self, slide_mm=approach_mm / self.closing * tangential_share)
 

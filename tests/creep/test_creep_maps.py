@@ -198,7 +198,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch
         "centre of pressure away from the contact point",
         "shape of the patch",
         "above 1 it does not hold",
-        "not to be used",
+        "no usable result",
     ):
         assert words in legend
     assert "5 % of µN, friction 0.3, creepages up to 2 %" in ax.get_title()
@@ -219,7 +219,7 @@ def test_tables_of_forces_and_theories(planted_map):
         *["holds", "20", "to", "50,", "not", "solved", "50", "to", "70,", "fails", "70", "to", "100", "kN"],
     ]
     assert lines[3].split()[:4] == ["+2.00", "!", "!", "!"]
-    assert any("part of the limit of 5 % of µN" in line for line in lines)
+    assert any("number: limit utilisation, limit 5 % of µN" in line for line in lines)
     lines = format_map_table(build_law_view(planted_map[0], LAW_MAP)).splitlines()
     assert lines[1].split() == ["+0.00", "Po", "12.0", "FA", "3.1", "FA?", "3.1"]
     assert lines[2].split() == ["+1.00", "ER", "ER", "ER"]
@@ -258,7 +258,7 @@ def test_a_measure_of_forces_needs_friction(tmp_path, capsys):
     with pytest.raises(InputError, match=r"--friction 0\.3"):
         refuse_measure(Case(), "force")
     refuse_measure(CASE, "force")
-    with pytest.raises(InputError, match="with the measure pressure"):
+    with pytest.raises(InputError, match="needs the measure pressure"):
         refuse_measure(CASE, "force", MULTI_HERTZ)
     with pytest.raises(InputError, match="allowed: pressure, theory, force"):
         refuse_measure(CASE, "speed")

@@ -117,7 +117,7 @@ def test_cells_without_a_result_are_counted_and_named(base_map):
         "2 cells have no usable result, at 1 mm (20 kN, 50 kN).",
     ]
     assert said(base_map, [0.0, 1.0], [20], ["!", "!"]) == [
-        "There is no answer: 2 cells have no usable result, at 0 mm (20 kN) and 1 mm (20 kN).",
+        "No answer: 2 cells have no usable result, at 0 mm (20 kN) and 1 mm (20 kN).",
     ]
 
 
@@ -248,8 +248,8 @@ def test_without_a_case_for_paraview_none_is_named(base_map):
 @pytest.mark.parametrize(
     ("file", "record", "says"),
     [
-        ("study.json", {"study": "mine"}, "holds a study"),
-        ("map.json", {"lateral_shifts_mm": [1.0], "loads_N": [5e3], "case": {}}, "holds another map"),
+        ("study.json", {"study": "mine"}, "has a study"),
+        ("map.json", {"lateral_shifts_mm": [1.0], "loads_N": [5e3], "case": {}}, "has a different map"),
     ],
 )
 def test_a_folder_of_other_results_is_refused(file, record, says, tmp_path, capsys):
@@ -291,7 +291,7 @@ def test_the_demo_is_interrupted_resumed_and_repeated(tmp_path):
         again = run_program(tmp_path)
         out, err = again.communicate(timeout=1800)
         assert again.returncode == 0, err
-        (line,) = re.findall(r"^(\d+) finished jobs? w\w+ reused; --force solves again\n", out, re.MULTILINE)
+        (line,) = re.findall(r"^(\d+) finished jobs? w\w+ reused; use --force to solve again\n", out, re.MULTILINE)
         assert int(line) == reused
         outputs.append(re.sub(r"^\d+ finished job.*\n", "", out, flags=re.MULTILINE))
         if not reused > len(SHIFTS_MM):

@@ -1136,7 +1136,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     # what did not converge is open, and has no number to be relied on: no measure decided that
     assert lines[1].split()[1:4] == ["?", "+", "+0.0"]
     assert lines[9].startswith("decided by p p_max, A area, a a, b b, c centre, v valley, s separate")
-    assert lines[10] == "left wheel, roll fixed at 0 mrad (lines given by their radii have no wheelset)"
+    assert lines[10] == "left wheel, roll fixed at 0 mrad (profiles given by their radii have no wheelset)"
     assert "nan" not in "".join(lines)
 
 
@@ -1215,7 +1215,9 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         save_map_figure(
             build_verdict_view(replace(one_cell_map, case=replace(one_cell_map.case, criteria=criteria))), tmp_path
         )
-    head = "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (lines given by their radii have no wheelset):\n"
+    head = (
+        "rail circle:300, wheel cylinder:460, roll fixed at 0 mrad (profiles given by their radii have no wheelset):\n"
+    )
     head += "where Hertz holds,\n"
     assert titles == [
         f"{head}within 5 % p_max; 10 % area, a, b, valley, misplaced; 0.15 b centre; 0.1 % separate",
@@ -1262,7 +1264,7 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
     (box,) = (patch for text, patch in colours.items() if text.startswith(f"{holds}/12"))
     # of 256 colours the nearest
     assert box.get_facecolor() == pytest.approx(to_rgba(colour), abs=0.01)
-    assert any("lines" in text for text in colours)
+    assert any("profile variants on which it holds" in text for text in colours)
 
 
 def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
@@ -1694,7 +1696,7 @@ DAMAGES = [
         *DAMAGES,
         (
             lambda folder: sealed(folder, lambda text: text.replace("solved/2", "solved/0")),
-            "its layout is",
+            "the layout is",
         ),
         (lambda folder: sealed(folder, lambda text: text.replace('"quadratic"', '"cubic"')), "KeyError: 'quadratic'"),
     ],
@@ -2028,11 +2030,11 @@ def test_damage_of_every_file_of_a_map_is_noticed(two, tmp_path):
                     folder / "stored.json",
                     lambda text: text.replace('"source of solving": "', '"source of solving": "x'),
                 ),
-                "made by another version: source of solving x",
+                "made by a different version: source of solving x",
             ),
             (
                 lambda folder: sealed(folder, lambda text: text.replace("solved/2", "solved/0")),
-                "its layout is",
+                "the layout is",
             ),
         ],
         4,
@@ -2064,7 +2066,7 @@ def test_a_position_that_cannot_be_judged_is_named_and_no_verdict_is_made_up(two
 def test_a_map_of_another_layout_is_refused(one_position):
     edited(one_position / "map.json", lambda text: text.replace("fecontact/map/6", "fecontact/map/3"))
     for read_map in (fecontact.load, lambda folder: judge_map(folder, Criteria())):
-        with pytest.raises(InputError, match="its layout is not fecontact/map/6; make the map again"):
+        with pytest.raises(InputError, match="the layout is not fecontact/map/6; make the map again"):
             read_map(one_position)
 
 
@@ -2081,10 +2083,10 @@ def test_judge_command_of_a_map(made_one, tmp_path, capsys):
         "FAILS",
     ]
     assert call(["judge", kept_map, "--out", kept_map]) == 2
-    assert "stay as they are" in capsys.readouterr().err
+    assert "which is not changed" in capsys.readouterr().err
     # what was judged has no positions of its own
     assert call(["judge", str(tmp_path / "out")]) == 2
-    assert "no position of the map can be judged (none is there)" in capsys.readouterr().err
+    assert "no position of the map can be judged (the map has no position)" in capsys.readouterr().err
 
 
 def test_profiles_that_are_files_are_kept_with_a_position(run, tmp_path, monkeypatch):
@@ -2130,7 +2132,7 @@ def test_map_command_goes_on_where_it_stopped(tmp_path, capsys):
     assert plain(fecontact.load(tmp_path))["cells"] == second["cells"]
     # a map of fewer shifts would lose rows, and is made by force alone; what was solved is still there
     assert call([*options, "--shifts", "1"]) == 2
-    assert "holds another map" in capsys.readouterr().err
+    assert "has a different map" in capsys.readouterr().err
     assert json.loads((tmp_path / "map.json").read_text("utf-8")) == second
     assert call([*options, "--shifts", "1", "--force"]) == 0
     assert json.loads((tmp_path / "map.json").read_text("utf-8"))["cells"] == second["cells"][1:]

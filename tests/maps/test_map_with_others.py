@@ -176,7 +176,9 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
     assert ax.get_xlabel().startswith(left_letter)
     assert roll_words(case) in ax.get_title()
     assert build_map_record(wheelset_map)["roll"] == roll_words(case)
-    assert ("at the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (right_letter is not None)
+    assert ("read the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (
+        right_letter is not None
+    )
     assert (other_wheel_label(case) is None) == (right_letter is None)
     assert [second.get_xlabel()[: len(right_letter or "")] for second in ax.child_axes] == [right_letter] * (
         right_letter is not None
@@ -192,7 +194,7 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
 
 def test_a_map_has_one_roll_for_all_its_loads(tmp_path):
     for case in (Case(roll="loaded"), Case(opposite=Opposite(wheel_load_N=6e4))):
-        with pytest.raises(InputError, match=r"one roll for all loads.*roll_load_kN \(--roll-load-kn\), such as 50"):
+        with pytest.raises(InputError, match=r"the same roll.*roll_load_kN \(--roll-load-kn\), such as 50"):
             run_map(case, [0.0], [2e4, 5e4, 1e5], tmp_path)
 
 
@@ -232,7 +234,7 @@ def test_a_map_says_what_it_takes_before_it_begins(tmp_path, monkeypatch, capsys
     # 9.5 CPU s with files, pictures and report
     assert "4 cells: about 10 s with 1 worker and 0.3 GB per worker" in estimate
     assert "creep forces" not in estimate
-    assert re.search(r"; creep forces about \d+ s more", with_forces)
+    assert re.search(r"; creep forces take about \d+ s more", with_forces)
     assert quiet == ""
     assert (tmp_path / "map" / "run.log").read_text("utf-8").count("4 cells: about 10 s") == 3
 
@@ -257,7 +259,7 @@ def test_a_map_goes_on_with_more_shifts_and_friction_and_loses_no_cell_of_anothe
         (base, shifts[1:], loads),
         (base, shifts, loads[1:]),
     ):
-        with pytest.raises(InputError, match="another map"):
+        with pytest.raises(InputError, match="a different map"):
             prepare_for_map(tmp_path, *request)
         prepare_for_map(tmp_path, *request, force=True)
 
@@ -368,7 +370,7 @@ def test_a_map_whose_seal_is_gone_is_refused(stored):
 
 def test_a_map_of_another_contact_is_refused(stored, capsys):
     folder = stored(replace(WHEELSET, rail="60E2"))
-    with pytest.raises(InputError, match="rail '60E2' there, '60E1' here"):
+    with pytest.raises(InputError, match="rail '60E2' in the map, '60E1' given"):
         fecontact.table(WHEELSET, [-4.0], [50e3], map_folder=folder)
     text = (folder / "map.csv").read_text("utf-8")
     (folder / "map.csv").write_text(text.replace("HOLDS", "FAILS"), "utf-8")
@@ -439,7 +441,7 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     assert call([*arguments, "--map", str(tmp_path / "out")]) == 2
     assert "map.json" in capsys.readouterr().err
     assert call([*arguments, "--map", str(folder), "--rail", "60E2"]) == 2
-    assert "the map of another contact (rail '60E1' there, '60E2' here)" in capsys.readouterr().err
+    assert "the map of a different contact (rail '60E1' in the map, '60E2' given)" in capsys.readouterr().err
     assert call([*arguments, "--shares", "1"]) == 2
     assert "number of shares is 1; allowed: 2, a share >= 0 for each radius" in capsys.readouterr().err
 
@@ -566,8 +568,8 @@ def test_a_map_does_not_take_the_folder_of_other_results(tmp_path):
         lambda: prepare_for_map(tmp_path, Case(), [0.0], [1e5]),
         lambda: fecontact.map(Case(), [0.0], [1e5], tmp_path),
     ):
-        with pytest.raises(InputError, match=r"case \(row\.json\), which would be lost"):
+        with pytest.raises(InputError, match=r"case \(row\.json\), which would be overwritten"):
             refused_()
     (tmp_path / "row.json").rename(tmp_path / "map.json")
-    with pytest.raises(InputError, match="which would be lost"):
+    with pytest.raises(InputError, match="which would be overwritten"):
         prepare_for_study(tmp_path, "mine")

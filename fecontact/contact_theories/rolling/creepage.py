@@ -61,13 +61,36 @@ class Creepages:
         return replace(self, xi=self.xi - self.spin_per_mm * y_mm, eta=self.eta + self.spin_per_mm * x_mm)
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
-        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,)."""
+        """Longitudinal creepage and spin (1/mm) on the lines y = const (n,).
+
+        Parameters
+        ----------
+        y_mm : ndarray of shape (n,)
+            Positions of the lines across, in mm.
+
+        Returns
+        -------
+        longitudinal, spin_per_mm : ndarrays of shape (n,)
+            Longitudinal creepage (-) and spin (1/mm) on each line.
+        """
         return self.xi - self.spin_per_mm * y_mm, np.full_like(y_mm, self.spin_per_mm)
 
     def mean(self, x_mm: Floats, y_mm: Floats, share: Floats) -> Creepages:
         """Mean creepages over the positions (n,) with load shares (n,).
 
         For a rigid motion they are the creepages at the centre of the load.
+
+        Parameters
+        ----------
+        x_mm, y_mm : ndarray of shape (n,)
+            Positions along and across, in mm.
+        share : ndarray of shape (n,)
+            Fraction of the load at each position; the sum is 1.
+
+        Returns
+        -------
+        Creepages
+            Creepages at the centre of the load.
         """
         return self.at(float(x_mm @ share), float(y_mm @ share))
 
@@ -84,10 +107,21 @@ class CurvedCreepages:
     ----------
     plane
         Creepages at the origin and in its tangent plane.
-    y_mm (n,)
+    y_mm : ndarray of shape (n,)
         Positions across, increasing. Beyond their ends the last value is used.
-    xi_beside, spin_beside_per_mm (n,)
+    xi_beside, spin_beside_per_mm : ndarray of shape (n,)
         Longitudinal creepage and spin at the positions, minus the values of the tangent plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, CurvedCreepages
+    >>> spin = np.array([0.0, 0.0, 1e-4])
+    >>> curved = CurvedCreepages(
+    ...     plane=Creepages(xi=1e-3), y_mm=np.array([-5.0, 0.0, 5.0]), xi_beside=np.zeros(3), spin_beside_per_mm=spin
+    ... )
+    >>> curved.at(0.0, 5.0).spin_per_mm, curved.at(0.0, -5.0).spin_per_mm
+    (0.0001, 0.0)
     """
 
     plane: Creepages
@@ -101,7 +135,18 @@ class CurvedCreepages:
         return self.plane.eta
 
     def at(self, x_mm: float, y_mm: float) -> Creepages:
-        """Creepages at a different point."""
+        """Creepages at a different point.
+
+        Parameters
+        ----------
+        x_mm, y_mm
+            Position along and across, in mm.
+
+        Returns
+        -------
+        Creepages
+            Creepages of the curved surface at this position.
+        """
         return self.mean(np.array([x_mm]), np.array([y_mm]), np.ones(1))
 
     def across(self, y_mm: Floats) -> tuple[Floats, Floats]:
@@ -109,7 +154,7 @@ class CurvedCreepages:
 
         Parameters
         ----------
-        y_mm (n,)
+        y_mm : ndarray of shape (n,)
             Positions of the lines.
 
         Returns
@@ -128,9 +173,9 @@ class CurvedCreepages:
 
         Parameters
         ----------
-        x_mm, y_mm (n,)
+        x_mm, y_mm : ndarray of shape (n,)
             Positions along the rolling direction and across.
-        share (n,)
+        share : ndarray of shape (n,)
             Load shares, with the sum 1.
 
         Returns
@@ -231,6 +276,13 @@ class CreepForce:
         Areas without and with slip; their sum is the area of the patch.
     power_per_speed_N
         Dissipated power divided by the rolling speed: -(xi Fx + eta Fy + spin Mz).
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import CreepForce
+    >>> force = CreepForce(fx_N=-3e3, fy_N=4e3, mz_Nmm=0.0)
+    >>> force.force_N, force.at(2.0, 0.0).mz_Nmm
+    (5000.0, 8000.0)
     """
 
     fx_N: float
@@ -279,6 +331,12 @@ def calculate_power_per_speed_N(creepages: Creepages, fx_N: float, fy_N: float, 
     -------
     float or None
         Power per speed; None if there is spin without a moment.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, calculate_power_per_speed_N
+    >>> calculate_power_per_speed_N(Creepages(xi=1e-3), -10e3, 0.0, None)
+    10.0
     """
     if mz_Nmm is None and creepages.spin_per_mm != 0.0:
         return None
@@ -357,5 +415,12 @@ def calculate_adhesion_area_mm2(contact: RollingEllipse, e: float) -> float:
     -------
     float
         Area in mm^2; 0 for e of at least 3.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse, calculate_adhesion_area_mm2
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> calculate_adhesion_area_mm2(ellipse, 1.5) == 0.25 * ellipse.area_mm2
+    True
     """
     return max(1.0 - e / 3.0, 0.0) ** 2 * contact.area_mm2

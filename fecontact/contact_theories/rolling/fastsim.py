@@ -84,9 +84,9 @@ class RollingStrips:
         Ellipse that defines the flexibilities; its load is the load of all strips.
     centre_x_mm, centre_y_mm
         Centre of the patch.
-    y_mm, width_mm, middle_x_mm, half_length_mm (n,)
+    y_mm, width_mm, middle_x_mm, half_length_mm : ndarray of shape (n,)
         Position, width, middle and half length of each strip.
-    force_N_per_mm (n,)
+    force_N_per_mm : ndarray of shape (n,)
         Normal force of each strip, divided by its width.
     """
 
@@ -107,12 +107,12 @@ class RollingStrips:
         ----------
         pair
             Friction and elastic constants.
-        strip_arrays (n,)
+        strip_arrays : ndarray of shape (n,)
             Arrays of the strips by the names of their attributes.
 
         Returns
         -------
-        Strips
+        RollingStrips
             The strips with their ellipse and centre.
         """
         contact, centre_x, centre_y = _fit_ellipse(pair, **strip_arrays)
@@ -131,8 +131,17 @@ def divide_ellipse(contact: RollingEllipse, strips: int = CELLS_PER_DIRECTION) -
 
     Returns
     -------
-    Strips
+    RollingStrips
         The strips, with their centre at the origin.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> from fecontact.contact_theories.rolling.fastsim import divide_ellipse
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> strips = divide_ellipse(ellipse)
+    >>> bool(abs(strips.force_N_per_mm @ strips.width_mm / 80e3 - 1.0) < 1e-3)
+    True
     """
     relative_positions = np.asarray((np.arange(strips) + 0.5) * (2.0 / strips) - 1.0)
     length_square = 1.0 - relative_positions**2
@@ -225,6 +234,14 @@ def fastsim_strips(
     ------
     InputError
         If there is no cell along a strip.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+    >>> from fecontact.contact_theories.rolling.fastsim import divide_ellipse, fastsim_strips
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> round(fastsim_strips([divide_ellipse(ellipse)], Creepages(xi=0.1)).fx_N)
+    -24000
     """
     if cells < 1:
         raise InputError(f"cells along a strip are {cells!r}; allowed: at least 1; 20 to 50 are usual")
@@ -348,9 +365,9 @@ def divide_pressure(
 
     Parameters
     ----------
-    x_mm (nx,), y_mm (ny,)
+    x_mm, y_mm : ndarrays of shapes (nx,), (ny,)
         Nodes along the rolling direction and across.
-    pressure_MPa (nx, ny)
+    pressure_MPa : ndarray of shape (nx, ny)
         Pressure at the nodes.
     pair
         Friction and elastic constants.
@@ -359,7 +376,7 @@ def divide_pressure(
 
     Returns
     -------
-    tuple of Strips
+    tuple of RollingStrips
         A patch in strips with its ellipse, for each separate patch.
 
     Notes

@@ -40,7 +40,19 @@ _AXIS_RATIOS: Floats = np.append(np.arange(1, 11) / 10.0, 10.0 / np.arange(9, 0,
 
 @dataclass(frozen=True, kw_only=True)
 class KalkerCoefficients:
-    """Kalker's creepage and spin coefficients; c32 is -c23."""
+    """Kalker's creepage and spin coefficients; c32 is -c23.
+
+    Attributes
+    ----------
+    c11
+        Coefficient of the longitudinal creepage (-).
+    c22
+        Coefficient of the lateral creepage (-).
+    c23
+        Coefficient of the spin in the lateral force (-).
+    c33
+        Coefficient of the spin in the spin moment (-).
+    """
 
     c11: float
     c22: float
@@ -116,7 +128,26 @@ def _interpolate_table() -> CubicSpline:
 
 
 def find_kalker_coefficients(contact: RollingEllipse) -> KalkerCoefficients:
-    """Kalker's coefficients of a contact."""
+    """Kalker's coefficients of a contact.
+
+    Parameters
+    ----------
+    contact
+        Ellipse with its semi-axes a along and b across (mm), and Poisson's ratio.
+
+    Returns
+    -------
+    KalkerCoefficients
+        Coefficients for the ratio a / b.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import RollingEllipse
+    >>> from fecontact.contact_theories.rolling.kalker import find_kalker_coefficients
+    >>> ellipse = RollingEllipse(a_mm=5.0, b_mm=5.0, normal_force_N=80e3, friction=0.3, shear_MPa=80e3, poisson=0.25)
+    >>> round(find_kalker_coefficients(ellipse).c11, 2)
+    4.12
+    """
     return kalker_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
 
 

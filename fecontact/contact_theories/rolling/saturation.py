@@ -68,6 +68,13 @@ def vermeulen_johnson_coefficients(a_over_b: float, poisson: float) -> tuple[flo
     -------
     c11, c22
         Coefficients without unit.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.saturation import vermeulen_johnson_coefficients
+    >>> c11, c22 = vermeulen_johnson_coefficients(1.0, 0.25)
+    >>> round(c11 * (1.0 - 0.75 * 0.25), 9), round(c22 * (1.0 - 0.25 * 0.25), 9)
+    (4.0, 4.0)
     """
     ratio2 = min(a_over_b, 1.0 / a_over_b) ** 2
     # Integrals from 0 to pi/2, with D^2 = cos^2 + g^2 sin^2, of 1/D, of sin^2/D, of cos^2/D and of sin^2 cos^2/D^3.

@@ -144,9 +144,10 @@ def _compare_theory(theory: str, hertz: CreepForce | str, fe: CreepForce | str, 
 
 
 def _estimate_surface_effect(rolling: RollingLoad) -> float:
-    """Largest change of FASTSIM's force by creepages that follow the curved surfaces, over mu N.
+    """Largest change of FASTSIM's force by creepages that follow the curved surfaces.
 
-    NaN if FASTSIM does not cover the patch.
+    The change is compared with creepages of the tangent plane and divided by mu N. The largest value is over all judged
+    creepages. NaN if FASTSIM does not cover the patch.
     """
     with suppress(FecontactError):
         return max(

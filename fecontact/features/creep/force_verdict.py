@@ -99,11 +99,33 @@ class RollingLoad:
         return self.real.ellipse.limit_N
 
     def relative_difference(self, first: CreepForce, second: CreepForce) -> float:
-        """Size of the difference of two forces over mu N."""
+        """Size of the difference of two forces over mu N.
+
+        Parameters
+        ----------
+        first, second
+            Creep forces in N.
+
+        Returns
+        -------
+        float
+            Length of the difference divided by mu N (-).
+        """
         return calculate_force_difference(first, second, self.limit_N)
 
     def motion(self, creepages: Creepages) -> CreepageField:
-        """Creepages over the real patch for creepages at the first touch point."""
+        """Creepages over the real patch for creepages at the first touch point.
+
+        Parameters
+        ----------
+        creepages
+            Creepages at the first touch point.
+
+        Returns
+        -------
+        Creepages or CurvedCreepages
+            Creepages over the patch; with the curvature of the surface if the input asks for it.
+        """
         return replace(self.surface, plane=creepages) if self.creep.curved else creepages
 
     @property

@@ -205,7 +205,27 @@ def calculate_creep_forces(patch: CreepPatch, creepages: CreepageField) -> Mappi
 
 
 def calculate_force_difference(first: CreepForce, second: CreepForce, limit_N: float) -> float:
-    """Length of the difference of two tangential force vectors, over mu N."""
+    """Length of the difference of two tangential force vectors, over mu N.
+
+    Parameters
+    ----------
+    first, second
+        Creep forces in N.
+    limit_N
+        Friction limit mu N, in N.
+
+    Returns
+    -------
+    float
+        Length of the difference divided by the limit (-).
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.creepage import CreepForce
+    >>> from fecontact.features.creep.forces import calculate_force_difference
+    >>> calculate_force_difference(CreepForce(fx_N=-3e3, fy_N=4e3), CreepForce(fx_N=0.0, fy_N=0.0), 20e3)
+    0.25
+    """
     return float(np.hypot(first.fx_N - second.fx_N, first.fy_N - second.fy_N)) / limit_N
 
 
@@ -269,7 +289,7 @@ def calculate_curved_creepages(
         Wheel on rail.
     plane
         Creepages at the first touch point.
-    s_mm (n,)
+    s_mm : ndarray of shape (n,)
         Places across, uniform, on the rail's surface from the first touch point.
     speed_ratio
         Speed of rotation over the speed at which the tape circle rolls without slip.
@@ -304,11 +324,11 @@ def calculate_slip_off_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floa
 
     Parameters
     ----------
-    arms_mm (n, 3), s_mm (n,)
+    arms_mm, s_mm : ndarrays of shapes (n, 3), (n,)
         Points of the curve from the touch point, and their arc length.
-    turning_per_mm (3,)
+    turning_per_mm : ndarray of shape (3,)
         Angular velocity of the wheel over the running speed.
-    normal (3,)
+    normal : ndarray of shape (3,)
         Normal at the touch point.
 
     Returns

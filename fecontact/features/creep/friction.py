@@ -38,9 +38,9 @@ class FrictionSolution:
     ----------
     status
         Whether the error of the traction is at most `FRICTION_TOLERANCE`.
-    traction_MPa, slip (2, nx, ny)
+    traction_MPa, slip : ndarray of shape (2, nx, ny)
         Traction and slip along and across; the slip has the unit of the rigid slip.
-    slips (nx, ny)
+    slips : ndarray of shape (nx, ny)
         Whether a cell slips.
     residual
         Largest error of the traction, relative as in `FRICTION_TOLERANCE`.
@@ -65,9 +65,9 @@ def solve_friction(
     ----------
     response
         Slip that tractions cause.
-    rigid_slip (2, nx, ny)
+    rigid_slip : ndarray of shape (2, nx, ny)
         Slip of the rigid bodies, in the unit of the response.
-    limit_MPa (nx, ny)
+    limit_MPa : ndarray of shape (nx, ny)
         Largest traction, mu times the pressure; zero outside the patch.
     iterations
         Largest number of Newton steps.
@@ -130,13 +130,13 @@ class _State:
 
     Attributes
     ----------
-    traction, slip (2, nx, ny)
+    traction, slip : ndarray of shape (2, nx, ny)
         Traction in MPa, and the slip that it leaves.
-    aim (2, nx, ny)
+    aim : ndarray of shape (2, nx, ny)
         Traction minus the stiffness times the slip, which is projected.
-    exceeds_limit (nx, ny)
+    exceeds_limit : ndarray of shape (nx, ny)
         Whether the aim is outside the disc of radius `limit`.
-    residual (2, nx, ny)
+    residual : ndarray of shape (2, nx, ny)
         Traction minus the projection of the aim, in MPa.
     """
 
@@ -175,9 +175,9 @@ class _Problem:
     ----------
     response
         Slip that tractions cause.
-    rigid_slip (2, nx, ny)
+    rigid_slip : ndarray of shape (2, nx, ny)
         Slip of the rigid bodies.
-    limit (nx, ny)
+    limit : ndarray of shape (nx, ny)
         Largest traction in MPa.
     stiffness
         Factor r of the projection: MPa per unit of slip.
@@ -198,7 +198,7 @@ class _Problem:
 
         Parameters
         ----------
-        traction (2, nx, ny)
+        traction : ndarray of shape (2, nx, ny)
             Tractions in MPa.
 
         Returns
@@ -221,7 +221,7 @@ class _Problem:
         ----------
         state
             Tractions and residual.
-        blocks (2, nx, nx)
+        blocks : ndarray of shape (2, nx, nx)
             Response within a strip, for the preconditioner.
 
         Returns

@@ -120,6 +120,7 @@ def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> d
         ]
 
         def add_patch_forces(creepages: Creepages) -> CreepForce:
+            """Sum of the forces on the patches of multi-Hertz, by FASTSIM on each patch."""
             # each patch has the creepages of its touch point; forces across are along the arc of the surface
             motion = rolling.motion(creepages)
             forces_on_patches = [

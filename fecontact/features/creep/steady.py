@@ -37,9 +37,9 @@ class PressureCells:
 
     Attributes
     ----------
-    x_mm (nx,), y_mm (ny,)
+    x_mm, y_mm : ndarrays of shapes (nx,), (ny,)
         Middles of the cells.
-    pressure_MPa (nx, ny)
+    pressure_MPa : ndarray of shape (nx, ny)
         Mean pressure over each cell; zero outside the patch.
     """
 
@@ -139,9 +139,9 @@ def coarsen_pressure(
 
     Parameters
     ----------
-    x_mm (nx,), y_mm (ny,)
+    x_mm, y_mm : ndarrays of shapes (nx,), (ny,)
         Nodes of a uniform grid along and across.
-    pressure_MPa (nx, ny)
+    pressure_MPa : ndarray of shape (nx, ny)
         Mean pressure over the cell of each node.
     area_mm2
         Area of the patch. Cells at its edge are partly in contact; the cells with the most pressure are selected.

@@ -69,7 +69,7 @@ class TangentialResponse:
 
     Attributes
     ----------
-    kernels (3, 2 nx - 1, 2 ny - 1)
+    kernels : ndarray of shape (3, 2 nx - 1, 2 ny - 1)
         xx, yy and xy at offsets of 1 - nx to nx - 1 and 1 - ny to ny - 1 cells.
     spectra
         Fourier transforms of the kernels, padded by zeros.
@@ -91,7 +91,7 @@ class TangentialResponse:
 
         Parameters
         ----------
-        traction (2, nx, ny)
+        traction : ndarray of shape (2, nx, ny)
             Tractions along and across in MPa.
 
         Returns

@@ -148,7 +148,18 @@ def _format_force_verdict(
 
 
 def report_ellipse_forces(record: TableRecord) -> OutputLines:
-    """Yield the table of forces on an ellipse, problems and warnings."""
+    """Yield the table of forces on an ellipse, problems and warnings.
+
+    Parameters
+    ----------
+    record
+        Record of the creep forces on an ellipse.
+
+    Yields
+    ------
+    Table or str
+        Table, then problems, then warnings.
+    """
     yield _make_force_table("forces on the wheel", record, record["theories"])
     yield from _report_problems(record["theories"])
     yield from (f"warning: {warning}" for warning in record["warnings"])

@@ -68,7 +68,7 @@ class Balance:
 
     Attributes
     ----------
-    residual_N (n,)
+    residual_N : ndarray of shape (n,)
         Forces, and moments divided by an arm of a metre.
     wheels
         Forces on the left and the right wheel of each wheelset, both in the frame of the left side.
@@ -97,11 +97,11 @@ def make_motion(state: Floats, curvature_per_mm: float, rates: Floats | None = N
 
     Parameters
     ----------
-    state (5,)
+    state : ndarray of shape (5,)
         Shift and height (mm), roll and yaw (mrad), slip of rotation (thousandths).
     curvature_per_mm
         Curvature of the track, positive to the left.
-    rates (4,)
+    rates : ndarray of shape (4,) or None
         Rates of the position (mm and mrad) per mm of way; zero if not given.
 
     Returns
@@ -121,11 +121,11 @@ def compute_rail_forces(
 
     Parameters
     ----------
-    state (5,)
+    state : ndarray of shape (5,)
         State of the wheelset.
     track
         Track and running conditions.
-    rates (4,)
+    rates : ndarray of shape (4,) or None
         Rates of the position per mm of way; zero if not given.
 
     Returns
@@ -146,7 +146,7 @@ def sum_rail_forces(wheels: tuple[WheelForce, WheelForce], state: Floats) -> Flo
     ----------
     wheels
         Forces on the left and the right wheel.
-    state (5,)
+    state : ndarray of shape (5,)
         State of the wheelset.
 
     Returns
@@ -172,7 +172,7 @@ def compute_balance(state: Floats, vehicle: Vehicle, track: TrackConditions) -> 
 
     Parameters
     ----------
-    state (n,)
+    state : ndarray of shape (n,)
         States of the wheelsets and of the frame.
     vehicle
         Vehicle with n components of its state.
@@ -210,7 +210,7 @@ def compute_jacobian(state: Floats, vehicle: Vehicle, track: TrackConditions, st
 
     Parameters
     ----------
-    state (n,)
+    state : ndarray of shape (n,)
         State of the vehicle.
     vehicle, track
         Vehicle, and track and running conditions.
@@ -239,6 +239,18 @@ def split_wheelset_states(state: Floats, vehicle: Vehicle) -> list[Floats]:
     """States (5,) of the wheelsets, the leading wheelset first.
 
     The states are views of the state of the vehicle.
+
+    Parameters
+    ----------
+    state : ndarray of shape (n,)
+        State of the vehicle, with the wheelsets first.
+    vehicle
+        Vehicle with its number of wheelsets.
+
+    Returns
+    -------
+    list of ndarray of shape (5,)
+        State of each wheelset.
     """
     return [state[WHEELSET_SIZE * index : WHEELSET_SIZE * (index + 1)] for index in range(vehicle.wheelsets)]
 
@@ -248,7 +260,7 @@ def compute_vehicle_residual(state: Floats, vehicle: Vehicle, track: TrackCondit
 
     Parameters
     ----------
-    state (n,)
+    state : ndarray of shape (n,)
         State of the vehicle.
     vehicle, track
         Vehicle, and track and running conditions.

@@ -157,7 +157,7 @@ def make_straight_track(ride: Ride) -> TrackConditions:
 
     Returns
     -------
-    Line
+    TrackConditions
         Straight track at speed 0. The half-space has its finer grid for derivatives.
     """
     track = make_track_conditions(ride, widest_per_mm=math.inf)(0.0)

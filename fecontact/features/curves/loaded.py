@@ -39,9 +39,9 @@ class _WheelPair:
 
     Attributes
     ----------
-    residual_N (2,)
+    residual_N : ndarray of shape (2,)
         Vertical forces minus the wheel load.
-    radii_mm (2,)
+    radii_mm : ndarray of shape (2,)
         Rolling radii at the centres of pressure; NaN without contact.
     """
 
@@ -108,6 +108,10 @@ def compute_radius_differences_mm(
         return float(force @ np.cos(strips.angle_rad)), float(force @ strips.radius_mm) / float(force.sum())
 
     def solve_wheels(shift: float, position: Floats) -> _WheelPair:
+        """Errors of both normal forces (N) and rolling radii (mm) at a shift (mm).
+
+        `position` is the height of the wheelset in mm, and its roll in mrad.
+        """
         height, roll = float(position[0]), 1e-3 * float(position[1])
         wheels = [
             solve_wheel(side.overlap(sign * shift, height, sign * roll, 0.0))

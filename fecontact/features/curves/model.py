@@ -221,6 +221,12 @@ def choose_bogie(vehicle: Vehicle, bogie_name: str) -> Vehicle:
     ------
     InputError
         For another name, and for the trailing bogie of a vehicle without bogies.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.model import choose_bogie, load_vehicle
+    >>> choose_bogie(load_vehicle("manchester"), "trailing").bogie.leads
+    False
     """
     if bogie_name not in BOGIES:
         raise InputError(f"bogie is {bogie_name!r}; allowed: {', '.join(BOGIES)}")
@@ -237,7 +243,14 @@ _TABLES: Mapping[str, type] = {"wheelset": WheelsetBody, "guide": Guide, **_BOGI
 
 
 def built_in_vehicles() -> tuple[str, ...]:
-    """Names of the vehicles that come with the program."""
+    """Names of the vehicles that come with the program.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.model import built_in_vehicles
+    >>> {"manchester", "wheelset"} <= set(built_in_vehicles())
+    True
+    """
     return tuple(sorted(path.stem for path in _DATA_FOLDER.glob("*.toml")))
 
 

@@ -35,7 +35,18 @@ _Evaluation = TypeVar("_Evaluation", bound=Evaluation)
 
 
 def largest_magnitude(values: Floats) -> float:
-    """Largest absolute value of an array."""
+    """Largest absolute value of an array.
+
+    Parameters
+    ----------
+    values
+        An array that is not empty.
+
+    Returns
+    -------
+    float
+        The magnitude, in the unit of the values.
+    """
     return float(np.abs(values).max())
 
 
@@ -46,7 +57,7 @@ def estimate_jacobian(function: Callable[[Floats], Floats], state: Floats, step:
     ----------
     function
         Function from a state (n,) to values (m,).
-    state (n,)
+    state : ndarray of shape (n,)
         State at which the Jacobian is estimated.
     step
         Change of each component of the state.
@@ -55,6 +66,13 @@ def estimate_jacobian(function: Callable[[Floats], Floats], state: Floats, step:
     -------
     array (m, n)
         Derivatives of the values.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.newton import estimate_jacobian
+    >>> estimate_jacobian(lambda state: state**2, np.array([1.0, 3.0]), 1e-6).round(3).tolist()
+    [[2.0, 0.0], [0.0, 6.0]]
     """
     value = function(state)
     return np.stack([(function(state + step * unit) - value) / step for unit in np.eye(state.size)], axis=1)
@@ -82,7 +100,7 @@ def solve_newton(
         Evaluation at a state (n,).
     jacobian_at
         Jacobian (n, n) at a state.
-    start (n,)
+    start : ndarray of shape (n,)
         First state.
     wanted_N
         Tolerance: the search ends if all components of the residual are below it.
@@ -110,7 +128,7 @@ def solve_newton(
 
     Raises
     ------
-    OutOfReach
+    OutOfReachError
         If the start is out of reach.
 
     Notes

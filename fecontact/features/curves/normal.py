@@ -86,15 +86,15 @@ class Overlap:
 
     Attributes
     ----------
-    s_mm (n,)
+    s_mm : ndarray of shape (n,)
         Arc length of the foot of each point on the rail, increasing.
-    depth_mm (n,)
+    depth_mm : ndarray of shape (n,)
         Depth of each point in the rail, along the normal of the rail; negative where there is a gap.
-    place_mm (n, 3)
+    place_mm : ndarray of shape (n, 3)
         Position midway between both surfaces, in the track frame.
-    angle_rad (n,)
+    angle_rad : ndarray of shape (n,)
         Angle of the rail's tangent plane at the foot.
-    radius_mm (n,)
+    radius_mm : ndarray of shape (n,)
         Distance from the axle.
     """
 
@@ -114,7 +114,7 @@ class Overlap:
 
         Parameters
         ----------
-        s_mm (m,)
+        s_mm : ndarray of shape (m,)
             Arc lengths on the rail.
 
         Returns
@@ -304,11 +304,11 @@ class PatchStrips:
 
     Attributes
     ----------
-    s_mm, width_mm (n,)
+    s_mm, width_mm : ndarray of shape (n,)
         Position of each strip on the rail's arc length, and its width across the rail.
-    half_length_mm (n,)
+    half_length_mm : ndarray of shape (n,)
         Half length along the rail.
-    force_N_per_mm (n,)
+    force_N_per_mm : ndarray of shape (n,)
         Force along the rail's normal, per width.
     problem
         Reason why the force is not reliable; empty if the force is reliable.
@@ -335,9 +335,14 @@ class OutOfReachError(ConvergenceError):
 def errors_as_out_of_reach() -> Iterator[None]:
     """Raise `OutOfReachError` if a contact force that is computed inside has no finite value.
 
+    Yields
+    ------
+    None
+        Control to the enclosed code.
+
     Raises
     ------
-    OutOfReach
+    OutOfReachError
         For an `InputError`, a floating-point error, a division by zero, or a singular matrix inside.
     """
     try:
@@ -369,7 +374,7 @@ def solve_normal_contact(
 
     Raises
     ------
-    OutOfReach
+    OutOfReachError
         If the wheel overlaps a side of the rail that is vertical or falls back, on which it cannot roll, or if the
         theory has no finite force.
 
@@ -445,6 +450,22 @@ def solve_multi_hertz(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pat
     -----
     Source: Otero Yugat, Part I, eq. 6. Range of validity: the springs do not interact. If a local maximum appears or
     vanishes under load, then the force jumps.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.normal import Overlap, solve_multi_hertz
+    >>> s = np.arange(-12.0, 12.05, 0.1)
+    >>> overlap = Overlap(
+    ...     s_mm=s,
+    ...     depth_mm=0.1 - s**2 / 920.0,
+    ...     place_mm=np.zeros((s.size, 3)),
+    ...     angle_rad=0.0 * s,
+    ...     radius_mm=np.full(s.size, 460.0),
+    ... )
+    >>> (patch,) = solve_multi_hertz(overlap, 115e3)
+    >>> bool(abs(patch.force_N_per_mm @ patch.width_mm / (4.0 / 3.0 * 115e3 * 460.0**0.5 * 0.1**1.5) - 1.0) < 0.01)
+    True
     """
     return tuple(_solve_ellipse(overlap, point, contact_modulus_MPa) for point in _find_deepest_points(overlap))
 
@@ -498,6 +519,22 @@ def solve_strip_method(overlap: Overlap, contact_modulus_MPa: float) -> tuple[Pa
     -------
     tuple of PatchStrips
         A patch for each unbroken run of strips that carry load.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.normal import Overlap, solve_strip_method
+    >>> s = np.arange(-12.0, 12.05, 0.1)
+    >>> overlap = Overlap(
+    ...     s_mm=s,
+    ...     depth_mm=0.1 - s**2 / 920.0,
+    ...     place_mm=np.zeros((s.size, 3)),
+    ...     angle_rad=0.0 * s,
+    ...     radius_mm=np.full(s.size, 460.0),
+    ... )
+    >>> (patch,) = solve_strip_method(overlap, 115e3)
+    >>> bool(abs(patch.force_N_per_mm @ patch.width_mm / (4.0 / 3.0 * 115e3 * 460.0**0.5 * 0.1**1.5) - 1.0) < 0.01)
+    True
     """
     closing = np.cos(overlap.angle_rad)
     depth_down = overlap.depth_mm / closing

@@ -80,12 +80,14 @@ class LinearModel:
 
     Attributes
     ----------
-    stiffness (n, n)
+    stiffness : ndarray of shape (n, n)
         Derivatives of the forces by positions, and by slips of rotation.
-    damping (n, n)
+    damping : ndarray of shape (n, n)
         Derivatives of the dampers' forces by rates in mm/s and mrad/s.
-    rail_damping (n, n)
+    rail_damping : ndarray of shape (n, n)
         Derivatives of the rails' forces by rates per mm of way.
+    vehicle
+        Vehicle that is linearised.
     """
 
     vehicle: Vehicle
@@ -106,6 +108,12 @@ class Hunting:
         Rate of growth; negative if the oscillation fades.
     frequency_Hz
         Frequency.
+
+    Examples
+    --------
+    >>> from fecontact.features.curves.stability import Hunting
+    >>> Hunting(speed_m_s=50.0, growth_per_s=-0.5, frequency_Hz=2.0).wavelength_m
+    25.0
     """
 
     speed_m_s: float

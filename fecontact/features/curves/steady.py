@@ -3,10 +3,10 @@
 Otero Yugat's equation of motion (Part I, eq. 15), M qdd + Cq^T lambda = Qv + Qext with the constraints C(q, t) = 0, is
 written for each body in a track frame that moves along and is turned with the track. In steady motion the position in
 this frame is constant (eq. 16, whose dot on lambda is a misprint), and M qdd - Qv are the centripetal and gyroscopic
-terms (`without_rails`). Qext are weight, suspension (`balance._compute_vehicle_forces`) and the forces of the rails
-(`wheel_force`). The constraints are the rigid wheelset and the given speed. The force lambda of the given speed is the
-pull that the curve costs (`Balance.pull_N`). The equation is projected on the five directions that are left to each
-wheelset and on three directions of a frame, so that only algebraic equations remain.
+terms (`compute_vehicle_residual`). Qext are weight, suspension (`balance._compute_vehicle_forces`) and the forces of
+the rails (`compute_wheel_force`). The constraints are the rigid wheelset and the given speed. The force lambda of the
+given speed is the pull that the curve costs (`Balance.pull_N`). The equation is projected on the five directions that
+are left to each wheelset and on three directions of a frame, so that only algebraic equations remain.
 """
 
 from __future__ import annotations
@@ -71,12 +71,12 @@ class Equilibrium:
         Whether the state is an equilibrium.
     track
         Track and running conditions.
-    state (n,)
+    state : ndarray of shape (n,)
         States of the wheelsets and of the frame.
     balance
         Balance at the state; None if the forces of the rails could not be computed at the start, so that there is no
         better state.
-    jacobian (n, n)
+    jacobian : ndarray of shape (n, n) or None
         Jacobian of the residual near the state; None if it could not be computed.
     start_distance
         Largest distance (mm, mrad) from the start.
@@ -113,11 +113,11 @@ def solve_equilibrium(
 
     Parameters
     ----------
-    start (n,)
+    start : ndarray of shape (n,)
         First state.
     vehicle, track
         Vehicle, and track and running conditions.
-    jacobian (n, n)
+    jacobian : ndarray of shape (n, n) or None
         Jacobian from a state nearby.
     intermediate
         Whether the equilibrium is only needed between others on a path. Then the tolerance is coarser, and the search

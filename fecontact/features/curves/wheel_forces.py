@@ -55,14 +55,21 @@ class Motion:
 
     Attributes
     ----------
-    place (4,)
+    place : ndarray of shape (4,)
         Lateral shift and height (mm), roll and yaw (rad).
     slip
         Speed of rotation divided by the speed of rotation that rolls on the tape circle, minus 1.
     curvature_per_mm
         Curvature of the track, positive to the left.
-    rates (4,)
+    rates : ndarray of shape (4,)
         Rates of `place` per mm of way; zero in steady motion.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.curves.wheel_forces import Motion
+    >>> Motion(place=np.array([3.0, 460.0, 0.0, 0.0]), slip=0.0, curvature_per_mm=0.0).axle.tolist() == [0.0, 1.0, 0.0]
+    True
     """
 
     place: Floats
@@ -127,9 +134,9 @@ class WheelForce:
 
     Attributes
     ----------
-    force_N (3,)
+    force_N : ndarray of shape (3,)
         Force on the wheel.
-    moment_Nmm (3,)
+    moment_Nmm : ndarray of shape (3,)
         Moment about the centre of the wheelset.
     power_per_speed_N
         Power of slip, divided by the running speed.
@@ -186,7 +193,7 @@ def compute_wheel_force(surfaces: Surfaces, motion: Motion, law: ContactSettings
 
     Raises
     ------
-    OutOfReach
+    OutOfReachError
         If the wheel lies so in the rail that no theory has a force.
 
     Notes
@@ -270,7 +277,7 @@ def compute_rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tupl
 
     Parameters
     ----------
-    arm_mm (n, 3)
+    arm_mm : ndarray of shape (n, 3)
         Arms from the centre of the wheelset.
     motion
         Motion of the wheelset.

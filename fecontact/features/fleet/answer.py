@@ -84,7 +84,18 @@ class Subpopulation:
         return sum(stratum.drawn for stratum in self.strata)
 
     def share(self, *answers: str) -> Share:
-        """Share of the positions with some answers of finite elements."""
+        """Share of the positions with some answers of finite elements.
+
+        Parameters
+        ----------
+        *answers
+            Answers that are counted, such as `HOLDS`.
+
+        Returns
+        -------
+        Share
+            Estimate with its interval (-).
+        """
         return estimate_share(self.strata, answers)
 
     @property

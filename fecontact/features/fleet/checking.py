@@ -72,6 +72,17 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     ------
     InputError
         As `run_fleet` does, for errors that can be found without reading a profile.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import fecontact
+    >>> from fecontact.features.fleet.examples import write_fleet
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     cost = fecontact.check_fleet(write_fleet(Path(folder), wheels=2, rails=3))
+    >>> cost.wheels, cost.rails, cost.pairs
+    (2, 3, 6)
     """
     definition = read_fleet(Path(fleet))
     candidates_by_body = {
@@ -167,6 +178,18 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     ------
     InputError
         If the folder has no screened fleet.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import fecontact
+    >>> from fecontact.features.fleet.examples import write_fleet
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     screening = fecontact.run_fleet(write_fleet(Path(folder), wheels=1, rails=1), Path(folder) / "out")
+    ...     fleet = fecontact.open_fleet(Path(folder) / "out")
+    >>> fleet.record["pairs"]
+    1
     """
     folder = Path(out)
     if not (folder / FLEET_RECORD).is_file() or not (folder / FLEET_FILE).is_file():

@@ -62,9 +62,9 @@ class Stratum:
         Weight and number of all its positions; weights of a population sum to 1.
     guess
         Share that holds by the screening.
-    answers (n,)
+    answers : ndarray of shape (n,)
         Answers of the drawn positions, by finite elements.
-    weights, inclusion (n,)
+    weights, inclusion : ndarray of shape (n,)
         Weights of the drawn positions, and the probabilities with which they were drawn.
     """
 
@@ -99,6 +99,16 @@ class Stratum:
         """Share of the positions with some answers (Hajek's estimate).
 
         Without draws, the share that holds by the screening.
+
+        Parameters
+        ----------
+        answers
+            Answers that are counted, such as `HOLDS`.
+
+        Returns
+        -------
+        float
+            Share from 0 to 1.
         """
         if not self.drawn:
             return self.guess
@@ -110,9 +120,9 @@ def find_exact_limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    share (n,)
+    share : ndarray of shape (n,)
         Observed shares, from 0 to 1.
-    draws (n,)
+    draws : ndarray of shape (n,)
         Numbers of draws, which need not be whole; infinite for an exact share.
 
     Returns
@@ -145,9 +155,9 @@ def find_addable_limits(share: Floats, draws: Floats) -> tuple[Floats, Floats]:
 
     Parameters
     ----------
-    share (n,)
+    share : ndarray of shape (n,)
         Observed shares, from 0 to 1.
-    draws (n,)
+    draws : ndarray of shape (n,)
         Effective numbers of draws.
 
     Returns
@@ -166,9 +176,9 @@ def combine_shares(weights: Floats, shares: Floats, low: Floats, high: Floats) -
 
     Parameters
     ----------
-    weights, shares (..., n)
+    weights, shares : ndarray of shape (..., n)
         Weights and shares of the strata.
-    low, high (..., n)
+    low, high : ndarray of shape (..., n)
         Limits of the shares.
 
     Returns
@@ -222,7 +232,22 @@ def estimate_share(strata: Sequence[Stratum], answers: Collection[str]) -> Share
 
 
 def find_share_bounds(strata: Sequence[Stratum], holds: str, undecided: Collection[str]) -> tuple[float, float]:
-    """Limits of the share for any answer of the undecided positions."""
+    """Limits of the share for any answer of the undecided positions.
+
+    Parameters
+    ----------
+    strata
+        Strata of the population.
+    holds
+        Answer that is counted.
+    undecided
+        Answers that may become any answer.
+
+    Returns
+    -------
+    low, high
+        Share from 0 to 1 if no undecided position holds (lower end of its interval), and if all hold (upper end).
+    """
     return estimate_share(strata, {holds}).low, estimate_share(strata, {holds, *undecided}).high
 
 
@@ -231,7 +256,7 @@ def find_draw_scale(weights: Floats, draws: int) -> float:
 
     Parameters
     ----------
-    weights (n,)
+    weights : ndarray of shape (n,)
         Weights w of the positions of a stratum.
     draws
         Number of positions to draw.
@@ -265,11 +290,11 @@ def allocate_draws(
 
     Parameters
     ----------
-    weights (n,)
+    weights : ndarray of shape (n,)
         Weights of the strata.
-    shares (n,)
+    shares : ndarray of shape (n,)
         Expected shares that hold.
-    positions, drawn_counts (n,)
+    positions, drawn_counts : ndarray of shape (n,)
         Numbers of all positions and of positions drawn before.
     draws
         Number of draws in all.

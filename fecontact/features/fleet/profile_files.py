@@ -101,7 +101,20 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
 
 
 def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
-    """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius."""
+    """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius.
+
+    Parameters
+    ----------
+    fleet
+        Fleet with its case.
+    candidate
+        Profile file with the values of its table.
+
+    Returns
+    -------
+    Candidate
+        The candidate with a radius in mm; the unchanged candidate for a rail or if there is no radius in the header.
+    """
     is_given = fleet.case.is_radius_given or candidate.known.get("rolling_radius_mm") is not None
     if candidate.body == "rail" or is_given:
         return candidate
@@ -119,7 +132,20 @@ def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
 
 
 def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
-    """Reading options of a profile: the options of the fleet, with the side in the profile's table."""
+    """Reading options of a profile: the options of the fleet, with the side in the profile's table.
+
+    Parameters
+    ----------
+    fleet
+        Fleet with its case.
+    candidate
+        Profile file with the values of its table.
+
+    Returns
+    -------
+    Reading
+        Options of reading this file.
+    """
     reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
     mirror = candidate.known.get("mirror")
     return reading if mirror is None else replace(reading, mirror=parse_truth_value(mirror))

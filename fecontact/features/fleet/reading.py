@@ -79,6 +79,16 @@ class StoredProfile:
         """The profile variant smoothed over a wave length in mm.
 
         An exact profile is returned for any wave length.
+
+        Parameters
+        ----------
+        filter_mm
+            Smoothed wave length in mm.
+
+        Returns
+        -------
+        Profile
+            The profile variant.
         """
         return _read_variant(self, filter_mm if self.filters_mm else 0.0)
 

@@ -97,6 +97,17 @@ def run_fleet(
         For a file that does not describe a fleet, a fleet without a readable wheel or rail, and a folder that another
         run uses or that has other results. A profile that cannot be read is a row of `profiles.parquet`, a position
         that cannot be placed is a row of the screen with its reason.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import fecontact
+    >>> from fecontact.features.fleet.examples import write_fleet
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     screening = fecontact.run_fleet(write_fleet(Path(folder), wheels=1, rails=1), Path(folder) / "out")
+    >>> screening.pairs
+    1
     """
     path, folder = Path(fleet), Path(out)
     import_arrow("parquet")

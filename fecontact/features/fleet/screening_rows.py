@@ -55,6 +55,14 @@ def make_schema(*first_columns: tuple[str, str]) -> Any:
 
 
 def write_rows(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
-    """Write rows of the screening as Parquet."""
+    """Write rows of the screening as Parquet.
+
+    Parameters
+    ----------
+    rows
+        Rows with the columns of the screening.
+    path
+        Path of the Parquet file.
+    """
     table = import_arrow("lib").Table.from_pylist([dict(row) for row in rows], schema=make_schema())
     import_arrow("parquet").write_table(table, path)

@@ -204,12 +204,27 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
 
 
 def query_rows(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
-    """Rows of the result of a query, by the names of the columns."""
+    """Rows of the result of a query, by the names of the columns.
+
+    Parameters
+    ----------
+    tables
+        Connection to the tables.
+    sql
+        Query, with a question mark for each value.
+    *values
+        Values of the query.
+
+    Returns
+    -------
+    list of dict
+        Rows in the order of the query.
+    """
     result = tables.execute(sql, list(values))
     names = [column[0] for column in result.description or ()]
     return [dict(zip(names, row, strict=True)) for row in result.fetchall()]
 
 
 def quote_column(name: str) -> str:
-    """Name of a column quote_column for SQL, with any characters."""
+    """Quote the name of a column for SQL; the name can have any characters."""
     return '"' + name.replace('"', '""') + '"'

@@ -75,7 +75,18 @@ class ModelErrors:
     peak_error: float
 
     def holds(self, limit: float = LIMIT) -> bool:
-        """Whether both errors are within a limit; NaN is not within it."""
+        """Whether both errors are within a limit; NaN is not within it.
+
+        Parameters
+        ----------
+        limit
+            Largest magnitude of both errors (-).
+
+        Returns
+        -------
+        bool
+            Whether the model holds.
+        """
         return abs(self.force_error) <= limit and abs(self.peak_error) <= limit
 
 

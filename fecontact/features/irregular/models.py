@@ -103,7 +103,18 @@ class IrregularPlace:
         return find_gap_minima(self.pair.A_per_mm, self.opening, self.reach_mm)
 
     def mean_mm(self, half_length_mm: float) -> float:
-        """Mean of e from -a to a, mm."""
+        """Mean of e from -a to a, mm.
+
+        Parameters
+        ----------
+        half_length_mm
+            Half length a of the patch along the rail, in mm.
+
+        Returns
+        -------
+        float
+            Mean opening in mm, by Gaussian quadrature.
+        """
         nodes, weights = _GAUSS
         return float(0.5 * weights @ self.opening(half_length_mm * nodes))
 

@@ -167,7 +167,20 @@ def _make_cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
 def _make_limits_record(column: Sequence[Cell], smooth: SmoothPair, limit: float) -> Record:
     """Make the record of the largest amplitudes at a wavelength.
 
-    They are for force and peak, and for the force alone; None if no cells show them.
+    Parameters
+    ----------
+    column
+        Cells of a wavelength.
+    smooth
+        Smooth bodies with their ellipse.
+    limit
+        Largest magnitude of both errors of a model that holds (-).
+
+    Returns
+    -------
+    dict
+        Wavelength, and largest amplitudes in mm: for force and peak and for the force alone by the model (None if no
+        cells show them), and in closed form for Hertz's spring.
     """
     wavelength = column[0].wavelength_mm
     closed_form = compute_eq6_limits(smooth.pair, smooth.hertz.normal_force_N, wavelength, limit)
@@ -184,7 +197,26 @@ def _make_limits_record(column: Sequence[Cell], smooth: SmoothPair, limit: float
 def _make_place_record(
     s_mm: float, place: JudgedPlace | str, irregularity: Irregularity, smooth: SmoothPair, limit: float
 ) -> Record:
-    """Make the record of a place; without a solution it has the reason."""
+    """Make the record of a place, with the errors of all models.
+
+    Parameters
+    ----------
+    s_mm
+        Position along the irregularity in mm.
+    place
+        Contact on the half-space with the models; the reason if there is no solution.
+    irregularity
+        Irregularity, for the opening at the position.
+    smooth
+        Smooth bodies with their ellipse.
+    limit
+        Largest magnitude of both errors of a model that holds (-).
+
+    Returns
+    -------
+    dict
+        Contact on the half-space, and for each model its force, its errors of force and peak, and whether it holds.
+    """
     record: Record = {"s_mm": s_mm, "opening_mm": float(irregularity.opening_mm(s_mm))}
     if isinstance(place, str):
         return record | {"models": {}, "problem": place}

@@ -74,7 +74,7 @@ def comparison_html(comparison: TableComparison) -> str:
     values = value_table("" if is_folded else values_title, VALUE_TABLE_COLUMNS, differences, comparison)
     tables_below = {
         f"Columns with equal values: {len(equal)}": value_table("", COLUMN_TABLE_COLUMNS, equal, comparison),
-        "Not compared; where they are furthest apart": value_table(
+        "Not compared, with the largest differences": value_table(
             "", VALUE_TABLE_COLUMNS, comparison.efforts, comparison
         ),
         "Tolerances": tolerance_table(comparison),

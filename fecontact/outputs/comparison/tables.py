@@ -42,7 +42,7 @@ VALUE_TABLE_COLUMNS = (
 )
 """Single values."""
 _DIFFERING_COLUMN = text_column(
-    "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="how many differ"
+    "differ", lambda row: f"{row['differing']}/{row['cases']}", "number", rank=1, name="differing cases"
 )
 COLUMN_TABLE_COLUMNS = (
     VALUE_TABLE_COLUMNS[0],
@@ -99,12 +99,12 @@ def head_lines(comparison: TableComparison) -> list[str]:
         lines += [
             f"{topic} {name}: {baseline_value} -> {new_value}" for name, (baseline_value, new_value) in pairs.items()
         ]
-    lines += [f"{table.path} does not say its versions" for table in tables if not table.versions]
+    lines += [f"{table.path} does not state its versions" for table in tables if not table.versions]
     default_columns = comparison.columns.column[comparison.columns.kind == "default"]
     names_by_topic = {
         **comparison.one_sided,
-        "not compared, the baseline has none of their kind": comparison.later_columns,
-        "of no known unit, compared as the kind 'default'": list(default_columns),
+        "not compared, because the baseline has no column of this kind": comparison.later_columns,
+        "unknown unit, compared as the kind 'default'": list(default_columns),
     }
     return lines + [f"{topic}: {', '.join(names)}" for topic, names in names_by_topic.items() if names]
 
@@ -164,7 +164,7 @@ def tolerance_table(comparison: TableComparison) -> Table:
     """
     columns = comparison.columns.sort_index()
     tolerance_columns = (number_column("relative", "relative"), number_column("absolute", "absolute"))
-    reason_column = text_column("why", "reason", none="the same text")
+    reason_column = text_column("reason", "reason", none="equal text")
     return make_table(
         "",
         (VALUE_TABLE_COLUMNS[0], text_column("kind", "kind"), *tolerance_columns, reason_column),
@@ -173,7 +173,18 @@ def tolerance_table(comparison: TableComparison) -> Table:
 
 
 def version_table(comparison: TableComparison) -> Table:
-    """Table of the versions on both sides."""
+    """Table of the versions on both sides.
+
+    Parameters
+    ----------
+    comparison
+        Compared tables.
+
+    Returns
+    -------
+    Table
+        Table with a row for each package.
+    """
     baseline_versions, new_versions = comparison.baseline.versions, comparison.new.versions
     rows = (
         {"package": name, "baseline": baseline_versions.get(name), "new": new_versions.get(name)}

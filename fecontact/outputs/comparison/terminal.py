@@ -31,7 +31,7 @@ def comparison_lines(comparison: TableComparison) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         Tables and lines in order.
     """
     yield from head_lines(comparison)
@@ -45,7 +45,7 @@ def comparison_lines(comparison: TableComparison) -> OutputLines:
         )
         yield value_table("Columns that differ", COLUMN_TABLE_COLUMNS, worst, comparison)
         if hidden := len(differing) - len(worst):
-            yield f"{count_text(hidden, 'further column')} differ{'s' * (hidden == 1)}: --out FOLDER or --json has all"
+            yield f"{count_text(hidden, 'further column')} differ{'s' * (hidden == 1)}; for all: --out FOLDER or --json"
     elif (columns.times_tolerance > 0.0).any():
         closest = columns[columns.times_tolerance > 0.0][:_CLOSEST_COLUMNS]
         yield value_table("Closest to their tolerance", COLUMN_TABLE_COLUMNS, closest, comparison)

@@ -54,18 +54,18 @@ def verdict_lines(comparison: TableComparison) -> OutputLines:
 
     Returns
     -------
-    Lines
+    iterator of Table and str
         The sentence has the number of changes; the table has kind, number and places.
     """
     changes, cases = changed_verdicts(comparison), count_text(len(comparison.verdicts), "case")
     if not changes:
-        yield from [f"Hertz's verdict is the same in all of {cases}."] * (not comparison.verdicts.empty)
+        yield from [f"The verdict on Hertz is unchanged ({cases})."] * (not comparison.verdicts.empty)
         return
     change_texts = ", ".join(
         f"{change['baseline']} -> {change['new']} {count_text(change['cases'], 'time')}" for change in changes
     )
-    yield f"Hertz's verdict is another one in {sum(change['cases'] for change in changes)} of {cases}: {change_texts}."
-    yield make_table("Verdicts that are others", _CHANGE_COLUMNS, changes)
+    yield f"The verdict on Hertz differs in {sum(change['cases'] for change in changes)} of {cases}: {change_texts}."
+    yield make_table("Verdicts that differ", _CHANGE_COLUMNS, changes)
 
 
 _CHANGE_COLUMNS = (

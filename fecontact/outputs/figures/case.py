@@ -205,7 +205,7 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     x = np.linspace(grid.x_mm[0], grid.x_mm[-1], 400)
     elastic = None if fields.elastic is None else fields.elastic[:, j]
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
-    ax.set_title(f"rolling cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
+    ax.set_title(f"longitudinal cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
     ax.set(xlabel=ROLLING_LABEL, xlim=fields.limits_mm(across=False))
     ax.legend(loc="best", fontsize=9)
 
@@ -262,7 +262,7 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     """Text with all measures, deviations, uncertainties, limits and lobes of a load."""
     comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
     judgement = judgement if load.plastic is None else load.plastic.deciding
-    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'off by':>9} {'±':>6} {'limit':>7}"]
+    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
     fe, hertz, limits = reference_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
     for name, answer in judgement.verdict.each.items():
         words = MEASURE_WORDS[name]
@@ -277,13 +277,13 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
         lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
     if first.at_junction:
         # the ellipse in the picture, and the numbers, belong to one side
-        lines.append("all with the curvature of the field side")
+        lines.append("Hertz with the curvature of the field side")
     low, high = fields.limits_mm(across=True)
     dotted = (
         ", dotted: rail junction" if any(low < place < high for place in _junction_places_mm(placement, "rail")) else ""
     )
     lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
-    lines += [f"touch (+) at {first.rail_y_mm:+z.2f} mm on the rail, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
+    lines += [f"contact point (+): rail y {first.rail_y_mm:+z.2f} mm, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
     for number, lobe in enumerate(numbered_lobes(load), start=1):
         lobe_words = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
         lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {lobe_words}")

@@ -66,7 +66,7 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> SectionLine
 
     Returns
     -------
-    Lines
+    dict
         Coordinates y (n,) and z (n,) by body, in the track frame.
     """
     rail, wheel = placement.rail, placement.wheel
@@ -92,7 +92,7 @@ def draw_section(ax: Axes, placement: Placement, lines: SectionLines) -> None:
     for (body, profile_line), colour in zip(lines.items(), Colour.LINES.values(), strict=True):
         ax.plot(*profile_line, color=colour, lw=1.8, label=body_words(body, names[body]))
     for number, touch in enumerate(placement.touch_points):
-        label = "touch point" if number == 0 else ("further touch points" if number == 1 else None)
+        label = "contact point" if number == 0 else ("further contact points" if number == 1 else None)
         fill_colour = Colour.HERTZ if number == 0 else "white"
         ax.plot(touch.y_mm, touch.z_mm, "o", label=label, mfc=fill_colour, mec=Colour.HERTZ, ms=7, zorder=5)
     add_grid(ax)
@@ -133,7 +133,7 @@ def draw_preview(preview: Preview, path: str | Path) -> Path:
     low, high = float(np.nanmin(z)), float(np.nanmax(z))
     patch_axes.set_ylim(low - 0.3 * (high - low + 0.1), high + 0.6 * (high - low + 0.1))
     patch_axes.set(
-        title="about the expected patch (shaded), vertical scale exaggerated",
+        title="surroundings of the expected patch (shaded), vertical scale exaggerated",
         xlabel=f"y in mm\n{SIDE_LABELS}",
         ylabel="z in mm",
     )
@@ -177,7 +177,7 @@ def _draw_curvatures(ax: Axes, preview: Preview, reach: float) -> None:
             ax.axvline(place.s_mm, color=Colour.LINES[place.profile.kind], ls=":", lw=1.0)
     ax.set(
         title=f"curvatures (dotted: junctions{'; bands: twice the noise' if has_bands else ''})",
-        xlabel=f"distance across from the touch point in mm\n{SIDE_LABELS}",
+        xlabel=f"lateral distance from the contact point in mm\n{SIDE_LABELS}",
         ylabel="curvature in 1/mm, convex positive",
     )
     add_grid(ax)

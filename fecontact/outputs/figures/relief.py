@@ -61,7 +61,7 @@ def relief_picture(load: JudgedLoad, placement: Placement) -> Picture:
         "ellipse": _rounded_list(_ellipse_rows(fields, placement)),
         "sides": ["gauge side", "field side"],
     }
-    words = "Pressure of the finite elements on the rail, raised and coloured by it; dashed Hertz's ellipse."
+    words = "Pressure of the finite elements on the rail, as height and colour; dashed: Hertz's ellipse."
     return Picture(content=_still_picture(x, y, z, normals, pressure, relief), words=words, width=900, relief=relief)
 
 

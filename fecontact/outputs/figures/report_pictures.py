@@ -61,7 +61,7 @@ def ladder_figure(rows: Sequence[RowMapping]) -> Figure | None:
             label = series_.label if ax is panels[0] and len(all_series) <= len(SERIES_COLOURS) else ""
             _draw_step(ax, series_.rows, name, colour, label or None)
     for ax, cause in zip(panels, steps.values(), strict=True):
-        ax.set_ylabel(f"{cause}:\npeak changes by %")
+        ax.set_ylabel(f"{cause}:\nchange of peak in %")
         ax.axhline(0.0, color="0.3", lw=0.9, zorder=0)
     panels[-1].set_xlabel(SHIFT_LABEL)
     add_grid(*panels)

@@ -74,7 +74,7 @@ def draw_study(
         If there are no rows.
     """
     if not rows:
-        raise InputError("study figure: there are no rows to draw")
+        raise InputError("study figure: no rows; give at least one row")
     rows = [requested_row(row) for row in rows]
     all_series = split_into_series(rows)
     case_names: list[str] = []
@@ -113,7 +113,7 @@ def draw_study(
         _finish_deviations(deviation_axes, criteria)
     if any(_find_jumps(series_.rows).size for series_ in all_series):
         text_style: dict[str, Any] = {"transform": touch_axes.transAxes, "fontsize": 8.5, "color": "0.35"}
-        touch_axes.text(0.008, 0.03, "lines are cut where the touch point jumps", **text_style)
+        touch_axes.text(0.008, 0.03, "curves are interrupted where the contact point jumps", **text_style)
     _draw_answers(peak_axes, rows)
     _finish_study(peak_axes, deviation_axes, touch_axes, rows, rail)
     if case_names:
@@ -136,6 +136,10 @@ def _read_numbers(rows: Sequence[RowMapping], column: str) -> Floats:
 
 
 def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+    """Draw the deviations of peak pressure and area (%) with their uncertainties.
+
+    The first label and a full line are for the peak pressure; the second label and a dotted line for the area.
+    """
     for measure, label, line_style in zip(
         ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
     ):
@@ -153,11 +157,24 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
         ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
     ax.axhline(0.0, color="0.4", lw=0.8)
     bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn_limits)
-    ax.set(ylabel="Hertz against FE in %" + (f"\n(bands: {bands})" if bands else ""))
+    ax.set(ylabel="deviation of Hertz in %" + (f"\n(limits: {bands})" if bands else ""))
 
 
 def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria) -> None:
-    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty."""
+    """Draw the limit utilisation of Hertz in every deciding measure, with its uncertainty.
+
+    Each measure is a line over the cases of a group; the vertical axis is linear up to 1, the limit, and logarithmic
+    above it.
+
+    Parameters
+    ----------
+    ax
+        Axes for the drawing.
+    group
+        Rows of the cases of a series, in their order along the horizontal axis.
+    criteria
+        Deciding measures with their limits.
+    """
     for number, (measure, limit) in enumerate(criteria.limits.items()):
         column, uncertainty_column, factor = deviation_columns(measure)
         utilisation, uncertainty = (
@@ -176,7 +193,7 @@ def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria)
     ticks = [tick for tick in (0.0, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0) if tick <= top]
     ax.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
     ax.minorticks_off()
-    ax.set(ylabel="Hertz against FE:\nshare of the limit\n(logarithmic above 1)")
+    ax.set(ylabel="limit utilisation of Hertz\n(logarithmic above 1)")
     # outside, since the lines leave no room for a legend
     add_legend_beside(ax)
 
@@ -244,7 +261,7 @@ def _finish_study(
     peak_axes.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch_axes, rail)
-    touch_axes.set(xlabel=SHIFT_LABEL, ylabel="touch point on the rail\ny in mm  (gauge side negative)")
+    touch_axes.set(xlabel=SHIFT_LABEL, ylabel="contact point on the rail\ny in mm  (gauge side negative)")
     if any(not is_usable_status(row) for row in rows):
         peak_axes.plot([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)
     for ax in (peak_axes, deviation_axes):

@@ -53,7 +53,7 @@ def verdicts_figure(comparison: TableComparison, path: str | Path) -> Path:
         [],
         [],
         mfc="w",
-        label="another verdict: left half\nbaseline, right half new",
+        label="changed verdict: left half\nbaseline, right half new",
         **_MARK_STYLE | _CHANGED_STYLE | {"ms": 10},
     )
     ax.margins(x=0.1, y=0.15)

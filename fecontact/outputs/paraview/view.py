@@ -60,10 +60,10 @@ def _missing_collection_text(out: Path) -> str:
     """Message on missing ParaView files, with the folder to give instead."""
     if single := sorted(path.parent for path in out.glob(f"cases/*/{COLLECTION}")):
         # a .pvd holds several shifts of one pair
-        return f"{out}: its cases are no series of shifts; give the folder of one of them, such as {single[0]}"
+        return f"{out}: the cases are not a series of shifts; give the folder of a single case, such as {single[0]}"
     return (
-        f"{out}: it has no study.pvd and no {COLLECTION}; give the folder that `fecontact run` or"
-        " `fecontact solve --out` wrote (a map keeps no meshes)"
+        f"{out}: no study.pvd and no {COLLECTION}; give a folder of `fecontact run` or `fecontact solve --out`"
+        " (a map stores no meshes)"
     )
 
 
@@ -95,21 +95,21 @@ def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders:
             ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
         )
     )
-    return f'''"""Shows the contact in ParaView: pressure on the rail, and von Mises stress in the cut across.
+    return f'''"""Show the contact in ParaView: pressure on the rail, and von Mises stress in the lateral cut.
 
-Start ParaView in the folder of this file: `paraview --script=view.py`. The slider of the time is the lateral
-shift. Paths are relative to this file: the whole folder can be moved.
+Start ParaView in the folder of this file: `paraview --script=view.py`. The time slider sets the lateral shift.
+Paths are relative to this file, so that you can move the whole folder.
 """
 
-# collections beside this script; the first one is shown: put another one there
+# collections in the folder of this script; the script shows the first
 FILES = {json.dumps(list(collections))}
-# middle of all touch points, in the track frame
+# centre of all contact points, in the track frame
 CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
-# what the cameras show: the largest patch, and how far the touch point moves
+# size of the view: the largest patch plus the range of the contact points
 SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
-# what the relief shows, of bodies that yield where all cases have them
+# pressure of the relief; for bodies that yield only if all cases have a yield stress
 PRESSURE = {json.dumps(f"{'plastic' if all_yield else 'contact'}_pressure_MPa")}
-# ends of the colour scales, the same for all cases
+# upper ends of the colour scales, equal for all cases
 PRESSURE_MPA = {json.dumps(pressure)}
 VON_MISES_MPA = {json.dumps(stress)}
 ''' + (files("fecontact.outputs.paraview") / _SCRIPT_BODY).read_text("utf-8")

@@ -74,7 +74,9 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     """
     folder, bodies = Path(folder), result.bodies
     if bodies is None:
-        raise InputError(f"{folder}: a result that was read back has no meshes; they are beside it, or solve it again")
+        raise InputError(
+            f"{folder}: a stored result has no meshes; use the files in its folder, or solve the case again"
+        )
     for (name, file), body, rigid_motion_mm in zip(
         _BODIES, (bodies.coupled.rail, bodies.coupled.wheel), (np.zeros(3), -_approach_mm(result)), strict=True
     ):
@@ -164,8 +166,8 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
     times = [time for time, _ in cases]
     if repeated := sorted({time for time in times if times.count(time) > 1}):
         raise InputError(
-            f"{path}: the times {', '.join(f'{time:g}' for time in repeated)} occur more than once, and ParaView merges"
-            " equal times; write one collection for each load"
+            f"{path}: the times {', '.join(f'{time:g}' for time in repeated)} occur more than once, but ParaView merges"
+            " equal times; write one collection per load"
         )
     for _, collection in cases:
         for file in (collection, *(collection.with_name(name) for _, name in _ALL_FILES)):

@@ -19,7 +19,7 @@ def requested_record(record: TableRecord) -> TableRecord:
 
     Returns
     -------
-    Item
+    dict
         The converted record. Without a yield stress it is the given record.
     """
     if (plastic := record["plastic"]) is None:
@@ -57,7 +57,7 @@ def requested_row(row: TableRecord) -> TableRecord:
 
     Returns
     -------
-    Item
+    dict
         The converted row. It is the given row without a junction and without a yield stress.
     """
     if row.get("verdict_side") == "gauge":

@@ -73,8 +73,8 @@ def theory_text(row: Mapping[str, Any]) -> str:
         return ""
     deviations_percent = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
     return (
-        f"the cheapest theory that holds: {cheapest_words(row)} (p_max {next(deviations_percent):+z.1f} %,"
-        f" area {next(deviations_percent):+z.1f} %, share of the limit {float(row[f'{name}_limit_used']):.2f})"
+        f"cheapest theory that holds: {cheapest_words(row)} (p_max {next(deviations_percent):+z.1f} %,"
+        f" area {next(deviations_percent):+z.1f} %, limit utilisation {float(row[f'{name}_limit_used']):.2f})"
     )
 
 

@@ -426,6 +426,15 @@ def rows(results: CaseResult | HasRows | Iterable[CaseResult]) -> list[Row]:
     -------
     list of Row
         One row per case or cell, with units in the keys.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
+    >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
+    >>> row = fecontact.rows(result)[0]
+    >>> row["status"], row["load_kN"], row["verdict_answer"]
+    ('converged', 100.0, 'HOLDS')
     """
     return results.rows() if isinstance(results, HasRows) else [case_row(result) for result in results]
 
@@ -577,11 +586,11 @@ def read_row(path: Path) -> Row:
     """
     document = read_json(path)
     if not isinstance(document, Mapping) or document.get("schema") != ROW_SCHEMA:
-        raise InputError(f"{path}: no row of the layout {ROW_SCHEMA}; solve the case again")
+        raise InputError(f"{path}: not a row of schema {ROW_SCHEMA}; solve the case again")
     row = document.get("row")
     plain_types = (str, int, float, bool, type(None))
     if not isinstance(row, Mapping) or not all(isinstance(value, plain_types) for value in row.values()):
-        raise InputError(f"{path}: it is no row; solve the case again")
+        raise InputError(f"{path}: not a row; solve the case again")
     return {
         key: _NON_FINITE_NUMBERS.get(value, value) if isinstance(value, str) else value for key, value in row.items()
     }

@@ -159,7 +159,7 @@ def _restore_value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float6
         return np.array(plain)
     # A list or an object that no branch above converts would stay unchanged, and fail far from here.
     if isinstance(plain, list | dict):
-        raise TypeError(f"a stored {type(plain).__name__} cannot be read back as {kind}")
+        raise TypeError(f"a stored {type(plain).__name__} cannot be converted to {kind}")
     # JSON has null for a number that is not finite
     return math.nan if kind is float and plain is None else plain
 
@@ -183,7 +183,7 @@ def _read_rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float6
     values: Record = {key: record[key] for key in _RUNG_NUMBERS}
     values |= {field: arrays[f"{name}_{field}"] for field in _RUNG_FIELDS}
     if any(values[field].shape != grid.shape for field in _RUNG_FIELDS) or min(grid.shape) < _MIN_NODES:
-        raise ValueError(f"{name}: its fields are not on its grid of {grid.shape} nodes")
+        raise ValueError(f"{name}: the fields do not match the grid of {grid.shape} nodes")
     return Rung(grid=grid, **values)
 
 
@@ -218,7 +218,7 @@ def read_arrays(path: Path) -> Arrays:
         allowed_bytes = max(_ALWAYS_ALLOWED_BYTES, _MAX_UNPACKING_RATIO * path.stat().st_size)
         if claimed_bytes > allowed_bytes:
             raise ValueError(
-                f"{path.name} unpacks to {claimed_bytes / 1e6:.0f} MB, allowed are {allowed_bytes / 1e6:.0f}"
+                f"{path.name} unpacks to {claimed_bytes / 1e6:.0f} MB; at most {allowed_bytes / 1e6:.0f} MB are allowed"
             )
         return {member.filename.removesuffix(".npy"): _read_array(archive, member) for member in members}
 
@@ -230,7 +230,7 @@ def _read_array(archive: ZipFile, member: ZipInfo) -> NDArray[np.float64]:
         shape, is_by_column, kind = np.lib.format.read_array_header_1_0(file)
         content = file.read()
     if kind != np.dtype("<f8") or len(content) != 8 * math.prod(shape):
-        raise ValueError(f"{member.filename} has not the numbers that it claims ({shape} of {kind})")
+        raise ValueError(f"{member.filename} does not contain the numbers of its header ({shape} of {kind})")
     return np.frombuffer(content, "<f8").reshape(shape, order="F" if is_by_column else "C").astype(float)
 
 

@@ -51,7 +51,17 @@ class ColumnTable:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnSource:
-    """Origin of columns: its name in messages, the wanted kind, and the options of the file."""
+    """Origin of columns: its name in messages, the wanted kind, and the options of the file.
+
+    Attributes
+    ----------
+    what
+        Name of the file in messages.
+    kind
+        Wanted kind of profile: `rail` or `wheel`.
+    reading
+        Options for reading the file.
+    """
 
     what: str
     kind: ProfileKind
@@ -186,7 +196,18 @@ def read_text(path: Path) -> str:
 
 
 def shorten_text(text: object) -> str:
-    """Shorten a user's text of more than 200 characters to its first 120."""
+    """Shorten a user's text of more than 200 characters to its first 120.
+
+    Parameters
+    ----------
+    text
+        The user's text.
+
+    Returns
+    -------
+    str
+        The text, or its start with the number of its characters.
+    """
     full_text = str(text)
     return full_text if len(full_text) <= 200 else f"{full_text[:120]}... ({len(full_text)} characters)"
 
