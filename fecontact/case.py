@@ -441,7 +441,7 @@ class Case:
         return combine_moduli_MPa(self.rail_material, self.wheel_material)
 
     @property
-    def nodes_a_semi_axis(self) -> int:
+    def nodes_per_semi_axis(self) -> int:
         """Nodes of the pressure on the narrowest semi-axis, for any shape of the elements."""
         return _NODES_OF_MORE_ELEMENTS if self.resolution in ("standard", "fine") else NODES_PER_SEMI_AXIS
 

@@ -123,7 +123,7 @@ def _nodes_checks(quick: bool) -> list[Check]:
         measures, finer_measures = (
             read_measures(
                 find_expected_patch(
-                    true_gap, case.load_N, half=case.half, nodes=count * case.nodes_a_semi_axis
+                    true_gap, case.load_N, half=case.half, nodes=count * case.nodes_per_semi_axis
                 ).half_space
             ).as_dict()
             for count in (1, MORE_NODES)
@@ -132,7 +132,7 @@ def _nodes_checks(quick: bool) -> list[Check]:
             Check(
                 quantity=f"{measure} on the half-space, {unit}",
                 case=f"shift {shift:+g} mm",
-                reference=f"half-space of {MORE_NODES * case.nodes_a_semi_axis} nodes a semi-axis",
+                reference=f"half-space of {MORE_NODES * case.nodes_per_semi_axis} nodes a semi-axis",
                 kind="invariant",
                 value=measures[f"{measure}_{unit}"],
                 expected=finer_measures[f"{measure}_{unit}"],

@@ -85,7 +85,7 @@ def _numbers(row: dict[str, Any]) -> tuple[float, ...]:
     """Deviation of the peak and its uncertainty in %, and the largest limit utilisation."""
     return tuple(
         float(row[name])
-        for name in ("hertz_deviation_p_max_percent", "hertz_uncertainty_p_max_percent", "verdict_limit_used")
+        for name in ("hertz_deviation_p_max_percent", "hertz_uncertainty_p_max_percent", "verdict_limit_utilisation")
     )
 
 

@@ -121,7 +121,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
             if verdict_rows:
                 axes.scatter(
                     [float(row["geometry_junction_distance_over_b"]) for row in verdict_rows],
-                    [max(float(row["verdict_limit_used"]), 0.01) for row in verdict_rows],
+                    [max(float(row["verdict_limit_utilisation"]), 0.01) for row in verdict_rows],
                     s=48,
                     c=ANSWER_COLOURS[verdict] if covers else "white",
                     ec="0.2" if covers else ANSWER_COLOURS[verdict],

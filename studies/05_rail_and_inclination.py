@@ -61,7 +61,7 @@ def pair_of(row: dict[str, Any]) -> str:
 
 def is_on_top(row: dict[str, Any]) -> bool:
     """Whether the contact point is on the top of the head."""
-    return abs(float(row["touch_rail_y_mm"])) < TOP_HALF_WIDTH_MM
+    return abs(float(row["contact_rail_y_mm"])) < TOP_HALF_WIDTH_MM
 
 
 def conclude(rows: list[dict[str, Any]], out: Path) -> str:

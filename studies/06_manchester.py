@@ -187,7 +187,7 @@ def _rolled_lines(rows: list[dict[str, Any]]) -> list[str]:
         shift = float(row["lateral_shift_mm"])
         (p_ref, y_ref, angle_ref), (y, angle), p = reference[shift], place_of(row), float(row["fe_p_max_MPa"])
         lines.append(
-            f"{shift:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} % {row['fe_pieces']:>9}"
+            f"{shift:8.1f} {p:11.1f} {p_ref:8.1f} {100 * (p / p_ref - 1):+10.2f} % {row['fe_patch_count']:>9}"
             f" {y:8.3f} {y_ref:8.3f} {angle:10.4f} {angle_ref:8.4f}"
         )
     return lines
@@ -275,7 +275,7 @@ def half_space_checks(shift_right_mm: float) -> list[Check]:
             comparisons.append(("approach, um", 1e3 * half_space.approach_mm, approach, APPROACH_PERCENT))
         if two_patches:
             lobes = [lobe.y_mm for lobe in read_patch(half_space).lobes]
-            comparisons.append(("patches", float(read_patch(half_space).pieces), 2.0, 0.0))
+            comparisons.append(("patches", float(read_patch(half_space).patch_count), 2.0, 0.0))
             comparisons.append(("distance of both patches, mm", max(lobes) - min(lobes), DISTANCE_MM, DISTANCE_PERCENT))
         if shift_right_mm not in TWO_LOBES_MM[side]:
             comparisons.append(("place across, mm", y, y_ref, ARCS_PERCENT if flange else PLACE_PERCENT))
@@ -303,7 +303,7 @@ def _rolled_checks(row: dict[str, Any]) -> list[Check]:
         ("p_max, MPa", float(row["fe_p_max_MPa"]), peak, TWO_PATCHES_PERCENT if two_patches else ROLLED_PERCENT)
     ]
     if two_patches:
-        comparisons.append(("patches", float(row["fe_pieces"]), 2.0, 0.0))
+        comparisons.append(("patches", float(row["fe_patch_count"]), 2.0, 0.0))
     else:
         y, angle = place_of(row)
         comparisons += [("place across, mm", y, y_ref, PLACE_PERCENT), ("angle, rad", angle, angle_ref, ANGLE_PERCENT)]

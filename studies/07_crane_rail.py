@@ -109,7 +109,7 @@ def _move_contact_point(case: Case, distance: float) -> Case:
 def distance_mm(row: dict[str, Any]) -> float:
     """Arc length from the contact point to the next joint."""
     head = HEADS[row["rail"]]
-    return head.joint_mm - head.crown_mm * asin(abs(float(row["touch_rail_y_mm"])) / head.crown_mm)
+    return head.joint_mm - head.crown_mm * asin(abs(float(row["contact_rail_y_mm"])) / head.crown_mm)
 
 
 def distance_over_b(row: dict[str, Any]) -> float:

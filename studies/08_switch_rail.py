@@ -82,7 +82,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     for head in heads:
         row = head.row
         lines.append(
-            f"{head.thickness_mm:9d} {row['touch_rail_y_mm']:+6.1f} {row['fe_p_max_MPa']:8.1f}"
+            f"{head.thickness_mm:9d} {row['contact_rail_y_mm']:+6.1f} {row['fe_p_max_MPa']:8.1f}"
             f" {head.step['p_max_MPa']:+8.2f} {head.step['area_mm2']:+8.2f} {head.step['approach_mm']:+9.1f}"
             f" {100.0 * (row['fe_approach_mm'] / full.row['fe_approach_mm'] - 1.0):+15.1f} %"
             f" {row['von_mises_rail_von_mises_MPa']:12.1f} {row['von_mises_rail_depth_mm']:8.2f}"
@@ -137,7 +137,7 @@ def _figure(heads: list[_Head], path: Path) -> None:
     ):
         for centred, style, colour in ((True, "o-", SERIES_COLOURS[0]), (False, "s", SERIES_COLOURS[1])):
             points = sorted(
-                (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["touch_rail_y_mm"]) < 1e-6) == centred
+                (h.thickness_mm, h.step[name]) for h in heads if (abs(h.row["contact_rail_y_mm"]) < 1e-6) == centred
             )
             label = "load in the middle" if centred else "load towards the planed back"
             line_style = {"color": colour, "mfc": colour if centred else "white", "label": label}

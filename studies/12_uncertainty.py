@@ -217,7 +217,7 @@ class Exact:
         x, s = (
             np.arange(-count, count + 1) * step
             for step, count in (
-                (length / FLAT.nodes_a_semi_axis, math.ceil(1.2 * reach * FLAT.nodes_a_semi_axis / length))
+                (length / FLAT.nodes_per_semi_axis, math.ceil(1.2 * reach * FLAT.nodes_per_semi_axis / length))
                 for length, reach in zip(self.nodes_mm, self.reach_mm, strict=True)
             )
         )
@@ -689,7 +689,7 @@ def contact(base: CoupledProblem, bodies: CoupledBodies, case: ExactCase, level:
     """Solve an exact case on a mesh level, and read it like the product."""
     exact, flat_placement = case.exact, place_case(FLAT)
     gap = GivenGap(
-        rail=flat_placement.rail, wheel=flat_placement.wheel, touch_points=flat_placement.touch_points, of=exact
+        rail=flat_placement.rail, wheel=flat_placement.wheel, contact_points=flat_placement.contact_points, of=exact
     )
     shifted_bodies = replace(bodies, grid=move_grid(bodies.grid, case.offset[level], exact.middle_mm))
     problem = base.with_gap(shifted_bodies.grid.weighted_mean(gap.gap))

@@ -208,7 +208,7 @@ class TheoryJudgement:
     """
 
     verdicts: tuple[str, ...]
-    limit_used: tuple[float, ...]
+    limit_utilisation: tuple[float, ...]
     p_max_percent: tuple[float, ...]
 
     @property
@@ -223,14 +223,14 @@ def judged(rows: list[dict[str, Any]]) -> dict[str, TheoryJudgement]:
     for name in ALL:
         columns = [_columns(row, name) for row in rows]
         verdicts, utilisations, peaks = zip(*columns, strict=True)
-        judgements[name] = TheoryJudgement(verdicts=verdicts, limit_used=utilisations, p_max_percent=peaks)
+        judgements[name] = TheoryJudgement(verdicts=verdicts, limit_utilisation=utilisations, p_max_percent=peaks)
     return judgements
 
 
 def _columns(row: dict[str, Any], name: str) -> tuple[str, float, float]:
     # where a theory is undefined it is Hertz
     shown_name = name if row.get(f"{name}_verdict_answer") else HERTZ
-    keys = ("verdict_answer", "limit_used", "deviation_p_max_percent")
+    keys = ("verdict_answer", "limit_utilisation", "deviation_p_max_percent")
     verdict, utilisation, peak = (row[f"{shown_name}_{key}"] for key in keys)
     return str(verdict), float(utilisation), float(peak)
 
@@ -318,7 +318,7 @@ def _figure(judgements: dict[str, TheoryJudgement], costs: dict[str, float], cou
             SERIES_COLOURS[number % len(SERIES_COLOURS)],
             SERIES_MARKS[(number + number // len(SERIES_COLOURS)) % len(SERIES_MARKS)],
         )
-        cost, utilisations = costs[name], np.array(judgement.limit_used)
+        cost, utilisations = costs[name], np.array(judgement.limit_utilisation)
         ax.plot([cost, cost], [utilisations.min(), utilisations.max()], color=colour, lw=1.0)
         label = f"{WORDS[name]}: holds in {judgement.holds} of {count}"
         ax.plot(cost, np.median(utilisations), ls="none", marker=mark, color=colour, ms=8, label=label)

@@ -133,13 +133,13 @@ class Position:
 class SurveyResult:
     """Half-space verdict at a position, profile variants, peak range and CPU seconds.
 
-    `holds_on` of `lines` profile variants satisfy Hertz's criteria, and the peaks are the range over them. `covered`
-    states for each filter in mm and measure whether CONTACT's deviation is within the stated uncertainty.
+    `variants_holding` of `lines` profile variants satisfy Hertz's criteria, and the peaks are the range over them.
+    `covered` states for each filter in mm and measure whether CONTACT's deviation is within the stated uncertainty.
     """
 
     position: Position
     answer: Answer
-    holds_on: int
+    variants_holding: int
     lines: int
     peaks_MPa: tuple[float, float]
     covered: dict[tuple[int, str], bool]
@@ -354,7 +354,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         f"CPU seconds a position: {np.median(seconds):.1f} in the median, {max(seconds):.1f} at most",
     ]
     for row in rows:
-        said = f"holds on {row['verdict_holds_on']} of {row['verdict_of_lines']} lines"
+        said = f"holds on {row['verdict_variants_holding']} of {row['verdict_variant_count']} lines"
         peaks = f"{row['fe_p_max_low_MPa']:.0f} to {row['fe_p_max_high_MPa']:.0f} MPa"
         shift, load = row["lateral_shift_mm"], row["load_kN"]
         lines.append(f"{shift:+g} mm, {load:g} kN: Hertz {row['verdict_answer']}, {said}; peak {peaks} over the lines")
@@ -371,7 +371,7 @@ def draw(results: list[SurveyResult], path: Path) -> Path:
     places = np.arange(len(results))
     for k, says in enumerate(("HOLDS", "FAILS", "")):
         indices = [i for i in places if results[i].position.agreed == says]
-        shares = [100.0 * results[i].holds_on / results[i].lines for i in indices]
+        shares = [100.0 * results[i].variants_holding / results[i].lines for i in indices]
         label = f"CONTACT: {says or 'its filters differ'}"
         share_axes.plot(indices, shares, SERIES_MARKS[k], color=SERIES_COLOURS[k], mfc="none", label=label)
     middle = np.array([np.mean([*result.position.peaks_MPa.values()]) for result in results])
@@ -404,7 +404,7 @@ def main() -> None:
         results += (new_results := survey([position]))
         case, said = (
             position.case,
-            f"{new_results[0].answer} ({new_results[0].holds_on} of {new_results[0].lines} lines hold)",
+            f"{new_results[0].answer} ({new_results[0].variants_holding} of {new_results[0].lines} lines hold)",
         )
         at = f"{' x '.join(position.pair)}, {case.lateral_shift_mm:+g} mm, {case.load_N / 1e3:g} kN"
         print(

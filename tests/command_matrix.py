@@ -264,8 +264,8 @@ def _contradictions(record: dict[str, Any]) -> Iterator[str]:
     limits, verdict = record["verdict"]["limits"], record["verdict"]
     side = "hertz_gauge" if verdict["side"] == "gauge" else "hertz"
     utilisation = max(abs(record["theories"][side]["deviation"][measure]) / limit for measure, limit in limits.items())
-    if not math.isclose(utilisation, verdict["limit_used"], rel_tol=1e-9):
-        yield f"{verdict['limit_used']} of a limit against {utilisation} by its numbers"
+    if not math.isclose(utilisation, verdict["limit_utilisation"], rel_tol=1e-9):
+        yield f"{verdict['limit_utilisation']} of a limit against {utilisation} by its numbers"
     against = (
         {side: verdict, "plastic": record["plastic"]["hertz"]["verdict"]} if "plastic" in record else {side: verdict}
     )

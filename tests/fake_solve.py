@@ -91,7 +91,7 @@ def _act(what: str, begun: int) -> bool:
 
 def row(case: Case) -> dict[str, Any]:
     """A row with the columns that tables and figures need; some numbers are none, as it can happen."""
-    columns: dict[str, Any] = {"status": "converged", **input_columns(case), "touch_rail_y_mm": 1.0 / 3.0}
+    columns: dict[str, Any] = {"status": "converged", **input_columns(case), "contact_rail_y_mm": 1.0 / 3.0}
     for number, measure in enumerate(MEASURES):
         columns[f"fe_{measure}"] = columns[f"hertz_{measure}"] = case.load_N / (3.0 + number)
     # of points that cannot be thinned it is not known how uncertain they leave the peak
@@ -108,7 +108,7 @@ def row(case: Case) -> dict[str, Any]:
         "verdict_cause": None,
         "pressure_l2": 0.1,
         "fe_lobes": 1,
-        "fe_pieces": 1,
+        "fe_patch_count": 1,
         "resolution": None,
         "solver_meshes": 2,
         "solver_degrees_of_freedom_rail": 1,

@@ -307,7 +307,7 @@ PLAIN = {
     "curvature_variation": 0.1,
     "normal_turn_rad": 0.05,
     "lobes": 1,
-    "pieces": 1,
+    "patch_count": 1,
 }
 
 
@@ -328,14 +328,14 @@ def cause(gap_step: float, body_step: float, **geometry: object) -> str:
         ({"normal_turn_rad": 0.31}, "conformity"),
         ({"normal_turn_rad": 0.29}, "curvature varies over the patch"),
         ({"junction_in_patch": True}, "curvature change within the patch"),
-        ({"pieces": 2, "lobes": 2}, "second patch"),
+        ({"patch_count": 2, "lobes": 2}, "second patch"),
         # a second patch so small that it is no lobe
-        ({"pieces": 2}, "second patch"),
+        ({"patch_count": 2}, "second patch"),
         ({"lobes": 2}, "second lobe"),
         # the more specific one first
         ({"junction_in_patch": True, "normal_turn_rad": 0.5}, "curvature change within the patch"),
         ({"lobes": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second lobe"),
-        ({"pieces": 2, "lobes": 3, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second patch"),
+        ({"patch_count": 2, "lobes": 3, "junction_in_patch": True, "normal_turn_rad": 0.5}, "second patch"),
     ],
 )
 def test_cause_where_the_gap_decides(geometry, expected, sign):
@@ -344,7 +344,7 @@ def test_cause_where_the_gap_decides(geometry, expected, sign):
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_cause_where_the_bodies_decide(sign):
-    everything = {"pieces": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}
+    everything = {"patch_count": 2, "junction_in_patch": True, "normal_turn_rad": 0.5}
     assert cause(sign * 0.1, -sign * 0.2, **everything) == "finite bodies"
     # equal steps: the geometry, which says more
     assert cause(sign * 0.1, -sign * 0.1, **everything) == "second patch"
@@ -377,5 +377,5 @@ def test_patches_that_just_touch_on_a_rung_are_a_second_patch_all_the_same(gap, 
         "quadratic_to_true_gap": gap,
         "half_space_to_bodies": bodies,
     }
-    geometry = PatchGeometry(**{**PLAIN, "pieces": 2, "lobes": 2})
+    geometry = PatchGeometry(**{**PLAIN, "patch_count": 2, "lobes": 2})
     assert find_cause(steps, "separate_load", geometry) == expected

@@ -115,7 +115,7 @@ def test_what_is_asked_for_is_read_against_bodies_that_yield(result):
     row, record = requested_row(case_row(result)), requested_record(result_record(result))
     assert row["fe_p_max_MPa"] == record["fe"]["p_max_MPa"] == pytest.approx(plastic, rel=1e-9)
     assert row["hertz_deviation_p_max_percent"] == pytest.approx(1e2 * (hertz / plastic - 1.0), rel=1e-9)
-    assert row["verdict_limit_used"] == pytest.approx((hertz / plastic - 1.0) / 0.05, rel=1e-9)
+    assert row["verdict_limit_utilisation"] == pytest.approx((hertz / plastic - 1.0) / 0.05, rel=1e-9)
     assert (row["verdict_answer"], row["verdict_measure"], row["elastic_verdict_answer"]) == (
         *("FAILS", "p_max_MPa", "HOLDS"),
     )
@@ -138,9 +138,17 @@ def test_python_record_row_and_terminal_have_the_same_two_verdicts(result):
     # Hertz's peak is furthest beyond its limit against bodies that yield
     hertz, plastic = result.hertz.p0_MPa, read_measures(result.load.level.yielded.fe).p_max_MPa
     utilisation = (hertz / plastic - 1.0) / result.case.criteria.p_max
-    assert record["verdict"]["limit_used"] == row["verdict_limit_used"] == pytest.approx(utilisation, rel=1e-9)
-    assert record["elastic_verdict"]["limit_used"] == row["elastic_verdict_limit_used"] == result.load.limit_used
-    assert result.load.limit_used < 1.0 < utilisation
+    assert (
+        record["verdict"]["limit_utilisation"]
+        == row["verdict_limit_utilisation"]
+        == pytest.approx(utilisation, rel=1e-9)
+    )
+    assert (
+        record["elastic_verdict"]["limit_utilisation"]
+        == row["elastic_verdict_limit_utilisation"]
+        == result.load.limit_utilisation
+    )
+    assert result.load.limit_utilisation < 1.0 < utilisation
     assert (record["verdict"]["measure"], record["verdict"]["cause"]) == ("p_max_MPa", "plasticity")
     assert (row["verdict_cause"], row["elastic_verdict_cause"]) == ("plasticity", None)
     assert record["verdict"]["each"] == dict(result.load.plastic.verdict.each)

@@ -254,7 +254,7 @@ def test_every_study_has_a_quick_size_and_says_what_it_asks(path):
     assert "Expected" in path.read_text()
 
 
-def test_hertz_says_how_touch_points_share_the_load(capsys):
+def test_hertz_says_how_contact_points_share_the_load(capsys):
     assert call(["hertz", "--shift", "0"]) == 0
     out = " ".join(capsys.readouterr().out.split())
     assert "Load shared by parallel springs: point 1 69.0 kN" in out

@@ -86,7 +86,7 @@ def test_both_sides_of_a_wheelset_are_alike(seed):
     for key in ("rail_y_mm", "wheel_y_mm", "contact_angle_rad", "rolling_radius_mm"):
         for side, opposite_side in (("left", "right"), ("right", "left")):
             far_side, near_side = (
-                [touch[key] for touch in at[side]["touch_points"]]
+                [touch[key] for touch in at[side]["contact_points"]]
                 for at, side in ((outward, side), (inward, opposite_side))
             )
             assert far_side == pytest.approx(near_side, abs=1e-6), key
@@ -152,7 +152,7 @@ def test_solved_cases_balance_mirror_and_press_deeper(seed):
     original, mirrored, heavier = (solve(case) for case in (left, right, replace(left, load_N=1.8 * left.load_N)))
     for result in (original, mirrored, heavier):
         field = result.load.fe.pressure.whole()
-        if result.load.comparison.patch.pieces == 1:
+        if result.load.comparison.patch.patch_count == 1:
             # where the surface turns below the patch, less of the pressure counts along the normal at first touch; in
             # planes of their own patches do so too
             area = field.grid.weights * math.prod(field.grid.steps_mm)

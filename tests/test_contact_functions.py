@@ -65,7 +65,7 @@ def test_jumps_are_where_two_points_touch(standard):
     assert len(left) == 2
     for jump in left:
         placement = place_case(Case(lateral_shift_mm=jump.shift_mm, roll="touching"))
-        first, second = placement.touch_points[:2]
+        first, second = placement.contact_points[:2]
         # the shift is known to 1e-4 mm, over which the gaps change by some tenths of that
         assert second.vertical_gap_mm < 5e-5
         rail_positions = sorted((first.rail_y_mm, second.rail_y_mm))
@@ -74,7 +74,7 @@ def test_jumps_are_where_two_points_touch(standard):
     assert right == pytest.approx([-jump.shift_mm for jump in reversed(left)], abs=1e-12)
 
 
-def test_first_touch_points_lie_to_one_side_of_a_jump(standard):
+def test_first_contact_points_lie_to_one_side_of_a_jump(standard):
     for jump in (jump for jump in standard.jumps if jump.side == "left"):
         before, after = (
             place_case(Case(lateral_shift_mm=jump.shift_mm + step, roll="touching")).first.rail_y_mm
@@ -119,7 +119,7 @@ def test_a_record_says_units_and_what_cannot_be(standard):
     good, bad = record["positions"]
     assert "derails" in bad["problem"]
     assert good["lift_mm"] > 0.0
-    touch = good["left"]["touch_points"][0]
+    touch = good["left"]["contact_points"][0]
     alone = place_case(Case(lateral_shift_mm=2.0, roll="touching")).first
     assert touch["contact_angle_rad"] == pytest.approx(alone.contact_angle_rad, abs=1e-9)
     assert touch["rail_radius_mm"] == pytest.approx(80.0, rel=1e-9)
@@ -151,7 +151,7 @@ def test_a_table_goes_on_where_the_flange_climbs_if_that_is_asked_for():
     case = Case(flange_climb=True)
     record = contact_functions_record(case, geometry(case, [6.0, 7.0, 8.0]))
     assert record["case"]["flange_climb"] is True
-    angles = [row["left"]["touch_points"][0]["contact_angle_rad"] for row in record["positions"]]
+    angles = [row["left"]["contact_points"][0]["contact_angle_rad"] for row in record["positions"]]
     # over 70 degrees and down again
     assert angles[0] < 0.5
     assert 1.2 > angles[1] > angles[2] > 0.9
@@ -173,7 +173,7 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
     assert call(["geometry", "--shifts", "1", "--json", "--yaw-mrad", "4"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["positions"]
     # a yaw moves the touch point of a left wheel on the gauge side ahead
-    assert row["left"]["touch_points"][0]["ahead_mm"] > 0.1
+    assert row["left"]["contact_points"][0]["ahead_mm"] > 0.1
 
 
 def test_what_a_feature_offers_is_missed_where_it_is_not_installed(monkeypatch, capsys):
@@ -224,7 +224,7 @@ def test_the_geometry_as_a_table_has_the_numbers_of_its_json(tmp_path, capsys):
     assert [float(row["lateral_shift_mm"]) for row in rows] == [0.0, 5.0, 30.0]
     assert float(rows[1]["roll_mrad"]) == pytest.approx(positions[1]["roll_mrad"], rel=1e-12)
     for side in ("left", "right"):
-        for number, touch in enumerate(positions[1][side]["touch_points"], start=1):
+        for number, touch in enumerate(positions[1][side]["contact_points"], start=1):
             for name in ("rail_y_mm", "wheel_y_mm", "contact_angle_rad"):
                 assert float(rows[1][f"{side}_touch{number}_{name}"]) == pytest.approx(touch[name], rel=1e-12)
     # where it cannot stand the table says so

@@ -63,8 +63,8 @@ def test_lines_are_those_of_the_geometry_and_of_each_theory_alone(rows):
     assert all(re.match(r"touch\d_", name) for name in names[first:])
     for row in rows[::2]:
         case = replace(WHEELSET, lateral_shift_mm=row["lateral_shift_mm"], load_N=50e3)
-        touches = place_case(case).touch_points
-        assert row["touch_points"] == len(touches)
+        touches = place_case(case).contact_points
+        assert row["contact_points"] == len(touches)
         for number, touch in enumerate(touches, 1):
             assert row[f"touch{number}_contact_angle_rad"] == touch.contact_angle_rad
             assert row[f"touch{number}_rail_y_mm"] == touch.rail_y_mm

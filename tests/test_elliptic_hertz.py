@@ -49,7 +49,7 @@ def check(result: CaseResult, limits: dict[str, float] = LIMITS) -> None:
     # the cells at the edge: measured 1.5 % (2.5 % on R 13)
     assert c.pressure_l2 < 0.03
     assert c.overlap > 0.98
-    assert (c.patch.pieces, len(c.patch.lobes)) == (1, 1)
+    assert (c.patch.patch_count, len(c.patch.lobes)) == (1, 1)
     assert c.patch.centre_x_mm == pytest.approx(0.0, abs=1e-9)
 
 

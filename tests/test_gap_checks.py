@@ -123,7 +123,7 @@ def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
     position = expect_position(ROUND)
     first = position.placement.first
     wrong = replace(first.curvatures[0], xx_per_mm=1.01 * first.curvature.xx_per_mm)
-    placement = replace(position.placement, touch_points=(replace(first, curvatures=(wrong,)),))
+    placement = replace(position.placement, contact_points=(replace(first, curvatures=(wrong,)),))
     grid = position.expected.half_space.grid
     assert (
         compute_gap_curvature_error(replace(position.true_gap, placement=placement), grid) > 5.0 * GAP_CURVATURE_LIMIT

@@ -47,7 +47,7 @@ from fecontact.solving.solve import CaseResult, solve
 E_STAR = combine_moduli_MPa(STEEL, STEEL)
 
 
-def touch_point(hessian: tuple[float, float, float]) -> ContactPoint:
+def contact_point_number(hessian: tuple[float, float, float]) -> ContactPoint:
     """A touch point of a gap with the second derivatives xx, xy, yy (1/mm)."""
     xx, xy, yy = hessian
     curvature = RelativeCurvature(
@@ -86,7 +86,7 @@ HESSIANS = {
 
 
 def quadratic_of(hessian: tuple[float, float, float], load_N: float = 100e3) -> tuple[Rung, HertzContact]:
-    touch = touch_point(hessian)
+    touch = contact_point_number(hessian)
     hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=load_N, contact_modulus_MPa=E_STAR)
     return solve_quadratic_gap(touch, hertz, half=hessian[1] == 0.0), hertz
 
@@ -115,7 +115,7 @@ def test_quadratic_rung_does_not_depend_on_the_load(hessian):
 
 
 def test_quadratic_rung_on_the_whole_grid_is_that_on_the_half():
-    touch = touch_point(HESSIANS["ellipse"])
+    touch = contact_point_number(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(touch.curvature.hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
     half, full = (solve_quadratic_gap(touch, hertz, half=h) for h in (True, False))
     assert (half.grid.half, full.grid.half) == (True, False)
@@ -128,8 +128,8 @@ def test_quadratic_rung_on_the_whole_grid_is_that_on_the_half():
 
 def test_quadratic_rung_takes_the_curvature_that_hertz_takes():
     # at a junction the last one, that of the field side
-    other_curvature = touch_point((1 / 460, 0.0, 1 / 80)).curvatures[0]
-    plain = touch_point(HESSIANS["ellipse"])
+    other_curvature = contact_point_number((1 / 460, 0.0, 1 / 80)).curvatures[0]
+    plain = contact_point_number(HESSIANS["ellipse"])
     hertz = hertz_from_hessian(plain.curvatures[-1].hessian, normal_force_N=100e3, contact_modulus_MPa=E_STAR)
     at_junction = ContactPoint(**{**vars(plain), "curvatures": (other_curvature, *plain.curvatures)})
     junction_rung, plain_rung = (solve_quadratic_gap(touch, hertz, half=True) for touch in (at_junction, plain))
@@ -209,7 +209,7 @@ def test_a_ladder_is_read_from_its_rungs():
 
 
 def geometry_below(
-    case: Case, low: float, high: float, pieces: int = 1
+    case: Case, low: float, high: float, patch_count: int = 1
 ) -> tuple[PatchGeometry, Placement, HertzContact]:
     """Geometry below a pressure from `low` to `high`.
 
@@ -220,7 +220,11 @@ def geometry_below(
     grid = ContactGrid(x_mm=np.linspace(0.0, 8.0, 9), s_mm=np.linspace(-20.0, 20.0, 401), half=True)
     pressure = np.where((grid.s_mm > low - 1e-9) & (grid.s_mm < high + 1e-9), 1.0, 0.0) * np.ones((9, 1))
     rung = rung_with(grid, pressure)
-    return measure_patch_geometry(placement, rung, hertz, replace(read_patch(rung), pieces=pieces)), placement, hertz
+    return (
+        measure_patch_geometry(placement, rung, hertz, replace(read_patch(rung), patch_count=patch_count)),
+        placement,
+        hertz,
+    )
 
 
 def arc_from_crown(y: float) -> float:
@@ -230,7 +234,7 @@ def arc_from_crown(y: float) -> float:
 
 def test_geometry_of_the_centred_position():
     case = Case()
-    geometry, placement, hertz = geometry_below(case, -13.0, 7.7, pieces=2)
+    geometry, placement, hertz = geometry_below(case, -13.0, 7.7, patch_count=2)
     touch = arc_from_crown(placement.first.rail_y_mm)
     # the rail's junctions R 300 / R 80 at y = 10.228 (rounded to micrometres); the field side is the nearer one
     near, far = arc_from_crown(10.228) - touch, -arc_from_crown(10.228) - touch
@@ -239,7 +243,7 @@ def test_geometry_of_the_centred_position():
     assert geometry.junction_distance_over_b == pytest.approx(near / hertz.b_mm, rel=1e-3)
     # it is the farther one that the patch covers
     assert geometry.junction_in_patch
-    assert (geometry.pieces, geometry.lobes) == (2, 1)
+    assert (geometry.patch_count, geometry.lobes) == (2, 1)
     # R 300 up to the junction and R 80 beyond it
     turn = (7.7 - far) / 300.0 + (13.0 + far) / 80.0
     assert geometry.normal_turn_rad == pytest.approx(turn, rel=1e-4)
@@ -338,7 +342,7 @@ def test_hertz_fails_at_the_centred_position(centred):
     # two lobes on either side of the junction R 300 / R 80
     assert verdict.cause == "second lobe"
     assert centred.load.geometry.junction_in_patch
-    assert (centred.load.geometry.lobes, centred.load.geometry.pieces) == (2, 1)
+    assert (centred.load.geometry.lobes, centred.load.geometry.patch_count) == (2, 1)
     assert verdict.failing == ("p_max_MPa", "b_mm", "centre_over_b", "valley", "misplaced_load")
     # measured -21.3 %, four times the limit
     assert abs(centred.comparison.deviation["p_max_MPa"]) - centred.load.uncertainty["p_max_MPa"] > 0.05

@@ -108,16 +108,18 @@ def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
 
     The points of the farthest variant have noise as well.
     """
-    of_lines = {REFERENCE_LABEL: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
+    variant_count = {REFERENCE_LABEL: 1.0, "filter 4 mm": 0.98, "filter 8 mm": 1.05, "noise 1": 1.02, "noise 2": 0.97}
     line_moves = VariantShifts(
-        by_line={label: {"p_max_MPa": deviation, "valley": deviation - 1.0} for label, deviation in of_lines.items()},
-        peaks=of_lines,
+        by_line={
+            label: {"p_max_MPa": deviation, "valley": deviation - 1.0} for label, deviation in variant_count.items()
+        },
+        peaks=variant_count,
     )
     assert line_moves.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1000.0 * 1.05 * 1.02))
     assert line_moves.farthest("p_max_MPa", 0.1) == pytest.approx(1.1 * (1.05 * 1.02 - 1.0))
     assert line_moves.farthest("valley", 0.1) == pytest.approx(0.05 + 0.02)
     # lines that do not have the contact say nothing, and where none has it nothing is known
-    missing = replace(line_moves, peaks=of_lines | {"noise 1": float("nan")})
+    missing = replace(line_moves, peaks=variant_count | {"noise 1": float("nan")})
     assert missing.band(1000.0) == pytest.approx((1000.0 * 0.98 * 0.97, 1050.0))
     assert math.isnan(VariantShifts(by_line={"noise 1": {}}).farthest("p_max_MPa", 0.1))
     assert NO_SHIFTS.band(1000.0) is None
@@ -245,7 +247,11 @@ def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_q
     assert said in verdict_reason(judgement)
     record = json.loads(json.dumps(load_record(judgement)))
     verdict_record = record["verdict"]
-    assert (verdict_record["holds_on"], verdict_record["fails_on"], verdict_record["of_lines"]) == (4, 2, 6)
+    assert (
+        verdict_record["variants_holding"],
+        verdict_record["variants_failing"],
+        verdict_record["variant_count"],
+    ) == (4, 2, 6)
     assert record["uncertainty_of_profile"]["p_max_MPa"] == pytest.approx(0.3, rel=0.01)
 
 
@@ -292,7 +298,7 @@ def test_words_of_shares():
     )
 
 
-def test_a_verdict_of_lines_does_not_contradict_the_numbers_beside_it():
+def test_a_verdict_variant_count_does_not_contradict_the_numbers_beside_it():
     """Every line fails, and the farthest is farther off than the limit: the ± alone would leave it open."""
     line_moves = VariantShifts(
         by_line={REFERENCE_LABEL: {"separate_load": 0.0}, "filter 8 mm": {"separate_load": 0.416}}

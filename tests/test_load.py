@@ -355,7 +355,7 @@ def test_versions_that_a_result_names_are_no_part_of_its_checksums(solved_folder
 
 
 @pytest.mark.slow
-def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_own_profiles(tmp_path, monkeypatch):
+def test_a_case_solved_into_a_folder_of_another_one_is_read_with_its_pair_geometry(tmp_path, monkeypatch):
     draw_nothing(monkeypatch)
     folder = tmp_path / "one"
     first = replace(study_of(tmp_path / "mine").cases[0], resolution=(2.0, 1.8))

@@ -25,7 +25,7 @@ def row_of(case):
         "fe_p_max_MPa": measures.p_max_MPa,
         "hertz_uncertainty_p_max_percent": 0.1,
         "fe_centre_y_mm": patch.centre_y_mm,
-        "fe_pieces": patch.pieces,
+        "fe_patch_count": patch.patch_count,
     }
 
 
@@ -70,7 +70,7 @@ def test_the_half_space_belongs_to_the_whole_study_alone(monkeypatch):
     row = dict.fromkeys(
         ("fe_p_max_MPa", "fe_area_mm2", "hertz_uncertainty_p_max_percent", "hertz_uncertainty_area_percent"), 1.0
     )
-    near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "fe_pieces": 2}
+    near, far = row | {"lateral_shift_mm": -2.0}, row | {"lateral_shift_mm": 5.0, "fe_patch_count": 2}
     for case_list in ([near], [far]):
         assert len(study.checks(case_list)) == 2
     assert cases_asked == []

@@ -519,7 +519,7 @@ def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     )  # fmt: skip
     hollow = replace(place_case(case).first.curvature, yy_per_mm=-1.0)
     placement = place_case(case)
-    placement = replace(placement, touch_points=(replace(placement.first, curvatures=(hollow,)),))
+    placement = replace(placement, contact_points=(replace(placement.first, curvatures=(hollow,)),))
     with pytest.raises(InputError, match="noisy: the points are not smoothed; give --rail-filter-mm or"):
         compute_hertz(case, placement)
 

@@ -70,7 +70,7 @@ def test_two_equal_patches_far_apart_are_two_ellipses(two_patches):
     # along the arcs, between the tops
     arc = 2.0 * RADIUS * math.asin(0.5 * APART / RADIUS)
     assert sorted(patch.centre_mm[1] for patch in contact.patches) == pytest.approx([0.0, arc], abs=1e-6)
-    assert sorted(patch.touch_point for patch in contact.patches) == [0, 1]
+    assert sorted(patch.contact_point_number for patch in contact.patches) == [0, 1]
     assert not contact.overlapping
     # patches of 5 mm by 1.6 mm, 40 mm apart: each lies on the slope that the other one presses into the half-space,
     # which moves it, and bends it by some 1e-3 of its own curvature
@@ -121,7 +121,7 @@ def test_each_patch_is_a_contact_of_its_own(two_patches):
     lobes = judge_lobes(load.solved, placement, usable=True)
     assert [lobe.separate for lobe in lobes] == [True, True]
     assert sum(lobe.normal_force_N for lobe in lobes) == pytest.approx(case.load_N, rel=1e-3)
-    assert sorted(lobe.touch_point for lobe in lobes) == [0, 1]
+    assert sorted(lobe.contact_point_number for lobe in lobes) == [0, 1]
     for lobe in lobes:
         assert lobe.rail_y_mm == pytest.approx(lobe.touch.rail_y_mm, abs=0.05)
         assert lobe.contact_angle_rad == pytest.approx(0.0, abs=1e-3)
@@ -157,7 +157,7 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     assert multi.verdict.each == load.verdict.each
     (only,) = judge_lobes(load.solved, placement, usable=True)
     assert only.separate
-    assert only.touch_point == 0
+    assert only.contact_point_number == 0
     for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"):
         assert only.deviation[name] == pytest.approx(load.deviation[name], abs=2e-4), name
     assert only.verdict.answer == "HOLDS"

@@ -183,7 +183,7 @@ def test_patches_on_bands_are_measured_as_they_are(half):
     assert measured.area_mm2 == pytest.approx(sum(np.pi * a * b for _, a, b, _ in PATCHES), rel=5e-3)
     assert measured.p_max_MPa == pytest.approx(900.0, rel=3e-3)
     assert measured.extent_y_mm == pytest.approx(13.4 + 0.9 + 2.25 + 0.4, rel=2e-3)
-    assert (measured.pieces, len(measured.lobes)) == (3, 3)
+    assert (measured.patch_count, len(measured.lobes)) == (3, 3)
     assert measured.separate_load == pytest.approx(1.0 - force.max() / force.sum(), rel=3e-3)
     shares = [lobe.force_share for lobe in sorted(measured.lobes, key=lambda lobe: lobe.y_mm)]
     np.testing.assert_allclose(shares, force / force.sum(), rtol=4e-3)

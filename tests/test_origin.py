@@ -193,7 +193,7 @@ def test_profiles_of_the_library_and_flangeless_ones_are_not_doubtful(tmp_path):
         set_up_pair(rail, load_library_profile("S1002"), inclination_rad=0.025)
 
 
-def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys):
+def test_pair_geometry_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys):
     path = wheel_file(tmp_path, ".csv")
     placement = place_case(Case(wheel=path, wheel_file=Reading(filter_mm=0.0), lateral_shift_mm=2.0))
     arguments = ["--wheel", path, "--wheel-filter-mm", "0", "--shift", "2"]
@@ -205,7 +205,7 @@ def test_own_profiles_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsys
         assert f"rolling radius {float(placement.wheel.radius(placement.first.wheel_u)):.2f} mm" in line
         assert "flange height 28.00 mm (tip at y = -55.0 mm), rail inclined by 1:40" in line
     assert call(["hertz", *arguments, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["own_profiles"] == line
+    assert json.loads(capsys.readouterr().out)["pair_geometry"] == line
     assert call(["solve", *arguments, "--resolution", "0.9,0.7", "--refine", "never"]) in (0, 3)
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == line

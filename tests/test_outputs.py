@@ -235,8 +235,8 @@ def test_a_wrong_case_record_is_refused(change):
 
 def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
     # a quarter of an element more than the size of `quick`, and a mesh that is 1.5 times coarser
-    assert record["solver"]["elements_a_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
-    assert record["solver"]["elements_a_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_a_semi_axis"]
+    assert record["solver"]["elements_per_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
+    assert record["solver"]["elements_per_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_per_semi_axis"]
     # a single ellipse carries the load: theories with several ellipses do not apply
     assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
     # the uncertainty of the approach cannot be found with meshes
@@ -324,7 +324,7 @@ def test_a_result_record_says_what_hertz_says(record):
     for name in MEASURES:
         fe, hertz = record["fe"][name], theory[name]
         assert theory["deviation"][name] == pytest.approx((hertz - fe) / fe, abs=1e-12)
-    (curvature,) = record["touch_points"][0]["curvatures"]
+    (curvature,) = record["contact_points"][0]["curvatures"]
     assert curvature["rail_radius_mm"] == pytest.approx(300.0)
     assert curvature["wheel_rolling_radius_mm"] == pytest.approx(460.0)
     assert curvature["wheel_lateral_radius_mm"] is None
@@ -334,9 +334,9 @@ def test_a_record_has_both_curvatures_at_a_junction(elliptic_quick):
     touch = elliptic_quick.placement.first
     gauge = replace(touch.curvatures[0], rail_per_mm=1.0 / 80.0)
     placement = replace(
-        elliptic_quick.placement, touch_points=(replace(touch, curvatures=(gauge, touch.curvatures[0])),)
+        elliptic_quick.placement, contact_points=(replace(touch, curvatures=(gauge, touch.curvatures[0])),)
     )
-    (written,) = result_record(replace(elliptic_quick, placement=placement))["touch_points"]
+    (written,) = result_record(replace(elliptic_quick, placement=placement))["contact_points"]
     assert written["at_junction"]
     assert [(c["side"], round(c["rail_radius_mm"])) for c in written["curvatures"]] == [("gauge", 80), ("field", 300)]
 
@@ -359,8 +359,8 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
     """
     record = hertz_record(evaluate_hertz(Case(lateral_shift_mm=0.0)))
     assert json.loads(format_json(record))["schema"] == "fecontact/hertz/2"
-    assert [e["touch_point"] for e in record["ellipses"]] == [0, 1]
-    for e, touch in zip(record["ellipses"], record["touch_points"], strict=True):
+    assert [e["contact_point_number"] for e in record["ellipses"]] == [0, 1]
+    for e, touch in zip(record["ellipses"], record["contact_points"], strict=True):
         assert e["normal_force_N"] == pytest.approx(100e3 / math.cos(touch["contact_angle_rad"]))
         assert e["p_max_MPa"] == pytest.approx(1.5 * e["normal_force_N"] / (math.pi * e["a_mm"] * e["b_mm"]))
     assert record["normal_force_N"] == record["ellipses"][0]["normal_force_N"]
@@ -1124,7 +1124,7 @@ def draw_study_axes(monkeypatch, rows: list[dict], rail=None, criteria=None) -> 
 
 def test_a_study_figure_never_connects_bad_rows(record, elliptic_row, monkeypatch):
     base = {"id": "x", **elliptic_row, "rail": "60E1"}
-    rows = [base | {"lateral_shift_mm": float(k), "touch_rail_y_mm": -4.0 * k} for k in range(4)]
+    rows = [base | {"lateral_shift_mm": float(k), "contact_rail_y_mm": -4.0 * k} for k in range(4)]
     rows[1]["status"] = "not converged"
     peak, _, touch = draw_study_axes(
         monkeypatch, [*rows, failed_row(record) | {"rail": "60E1"}], load_library_profile("60E1")
@@ -1361,7 +1361,7 @@ def test_error_bars_of_a_study_are_its_uncertainties(elliptic_row, monkeypatch):
 def test_no_line_joins_places_between_which_the_contact_jumps(elliptic_row, monkeypatch):
     rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_b_mm": 3.0} for k in range(4)]
     for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
-        row["touch_rail_y_mm"] = place
+        row["contact_rail_y_mm"] = place
     peak, _, _ = draw_study_axes(monkeypatch, rows)
     (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
     shifts = line.get_xdata()

@@ -91,7 +91,7 @@ def test_measures_of_an_exact_ellipsoid(count, offset):
     # half a step from the top, the ellipsoid is lower by at most (1/2)^2 / count^2 in each direction
     assert P0 * (1.0 - 0.3 / count**2) <= lobe.p_max_MPa <= P0
     assert abs(lobe.y_mm) <= 0.5 * B / count + 1e-12
-    assert (patch.valley, patch.pieces, patch.separate_load) == (0.0, 1, 0.0)
+    assert (patch.valley, patch.patch_count, patch.separate_load) == (0.0, 1, 0.0)
 
 
 def test_area_error_falls_with_second_order():
@@ -172,7 +172,7 @@ def test_patches_of_a_few_nodes():
     single = np.zeros((13, 13))
     single[6, 6] = 5.0
     tiny = measure_patch(field(x, s, single))
-    assert (tiny.p_max_MPa, tiny.a_mm, tiny.b_mm, tiny.pieces, tiny.valley) == (5.0, 0.0, 0.0, 1, 0.0)
+    assert (tiny.p_max_MPa, tiny.a_mm, tiny.b_mm, tiny.patch_count, tiny.valley) == (5.0, 0.0, 0.0, 1, 0.0)
     assert tiny.area_mm2 > 0.0
     # the pressure rises towards both ends along x: a saddle has no top between the nodes
     saddle = np.where(np.abs(s[None, :]) < 2.0, 10.0 + x[:, None] ** 2 - s[None, :] ** 2, 0.0)
@@ -224,7 +224,7 @@ def solve_hertz(
 def check_exact(rung: Rung, hertz: HertzContact, limits: dict[str, float]) -> None:
     deviation = compute_hertz_deviations(rung, hertz)
     assert {name: value for name, value in deviation.items() if abs(value) > limits[name]} == {}
-    assert (deviation["valley"], deviation["separate_load"], read_patch(rung).pieces) == (0.0, 0.0, 1)
+    assert (deviation["valley"], deviation["separate_load"], read_patch(rung).patch_count) == (0.0, 0.0, 1)
     assert len(read_patch(rung).lobes) == 1
 
 
@@ -405,7 +405,7 @@ def test_planted_lobes(lobes, seed):
     assert (misfit.valley, misfit.separate_load) == (patch.valley, patch.separate_load)
     if lobes is APART:
         # computed by hand: the ratio of the forces is 8 * 800 to 9 * 1000
-        assert patch.pieces == 2
+        assert patch.patch_count == 2
         assert patch.separate_load == pytest.approx(6400.0 / 15400.0, abs=1e-4)
         assert patch.valley == pytest.approx(0.8, abs=4e-3)
         # cells at the edge are partly covered; 13 nodes on the narrower lobe: measured 1.1 %
@@ -418,7 +418,7 @@ def test_the_patch_that_carries_most_is_not_separate_whatever_its_peak():
     lobes = (Ellipsoid(-6.0, 5.0, 4.0, 500.0), Ellipsoid(5.0, 1.5, 1.0, 1200.0), Ellipsoid(8.0, 1.5, 1.0, 300.0))
     patch = measure_patch(cell_means(lobes, (0.1, 0.1), (0.3, 0.2), 11.0))
     forces = [lobe.force for lobe in lobes]
-    assert patch.pieces == 3
+    assert patch.patch_count == 3
     assert patch.separate_load == pytest.approx(sum(forces[1:]) / sum(forces), rel=2e-3)
     assert [round(lobe.y_mm) for lobe in patch.lobes] == [5, -6, 8]
     shares = [forces[k] / sum(forces) for k in (1, 0, 2)]
@@ -436,7 +436,7 @@ def test_a_shoulder_is_no_lobe_but_its_fall_is_said(fall):
     patch = measure_patch(field(x, s, p))
     assert patch.valley == pytest.approx(fall, rel=1e-6)
     assert len(patch.lobes) == (1 if fall < 0.05 else 2)
-    assert (patch.pieces, patch.separate_load) == (1, 0.0)
+    assert (patch.patch_count, patch.separate_load) == (1, 0.0)
     if fall > 0.05:
         # trapezoidal sums on both sides of the lowest place at s = 1
         low = 900.0 - 1000.0 * fall
@@ -669,7 +669,7 @@ def test_elements_are_not_made_for_the_step_of_a_line(monkeypatch, tmp_path):
     case = Case(rail="54E1", wheel=wheel, inclination_rad=0.0, lateral_shift_mm=4.07, load_N=50e3, roll="given")
     case = replace(case, resolution="standard")
     true_gap = make_true_gap(case, place_case(case))
-    patch = find_expected_patch(true_gap, case.load_N, half=True, nodes=case.nodes_a_semi_axis)
+    patch = find_expected_patch(true_gap, case.load_N, half=True, nodes=case.nodes_per_semi_axis)
     ridge = patch.half_space.pressure_MPa.max(axis=0)
     top = int(ridge.argmax())
     step = top + int(np.diff(ridge[top:]).argmax())

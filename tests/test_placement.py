@@ -100,7 +100,7 @@ def test_head_without_gauge_face_is_refused_or_placed_by_its_crown():
 
 
 @pytest.mark.parametrize(("shift", "rail_y"), [(-4.0, 4.60), (0.0, 0.20), (2.0, -11.72)])
-def test_touch_points_of_the_standard_pair(shift, rail_y):
+def test_contact_points_of_the_standard_pair(shift, rail_y):
     # from an independent program, to 0.01 mm; at 0 mm the gap is flat, so the value here is uncertain by 0.01 mm too
     assert standard_pair(shift).first.rail_y_mm == pytest.approx(rail_y, abs=0.02)
 
@@ -108,7 +108,7 @@ def test_touch_points_of_the_standard_pair(shift, rail_y):
 @pytest.mark.parametrize("shift", [-4.0, 0.0, 2.0, 6.0, 7.0])
 def test_tangents_are_equal_at_touch(shift):
     pair = standard_pair(shift)
-    for touch in pair.touch_points:
+    for touch in pair.contact_points:
         rail_angle = math.atan(float(load_library_profile("60E1").slope(touch.rail_y_mm))) + INCLINATION_40
         wheel_angle = math.atan(float(load_library_profile("S1002").slope(touch.wheel_y_mm)))
         # without roll and yaw, both tangents are tangents of the plane profiles; the root is exact to 1e-14 in u
@@ -122,11 +122,11 @@ def test_tangents_are_equal_at_touch(shift):
     ("shift", "first", "further", "height"),
     [(0.0, 0.192, -10.425, 0.00847), (0.25, -10.569, -0.861, 0.00066)],
 )
-def test_two_touch_points_around_the_jump(shift, first, further, height):
+def test_two_contact_points_around_the_jump(shift, first, further, height):
     # frozen values, in addition to the exact checks of this file: the contact point jumps by 10 mm between these shifts
     pair = standard_pair(shift)
-    assert [t.rail_y_mm for t in pair.touch_points] == pytest.approx([first, further], abs=2e-3)
-    assert [t.vertical_gap_mm for t in pair.touch_points] == pytest.approx([0.0, height], abs=2e-5)
+    assert [t.rail_y_mm for t in pair.contact_points] == pytest.approx([first, further], abs=2e-3)
+    assert [t.vertical_gap_mm for t in pair.contact_points] == pytest.approx([0.0, height], abs=2e-5)
 
 
 @pytest.mark.parametrize(
@@ -147,7 +147,7 @@ def test_rigid_bodies_touch_without_overlap(shift, motion):
     # samples every 0.03 mm, curvatures of at most 1/13 + 1/13 per mm: the error of the minimum is less than 2e-5 mm,
     # and the chords of the interpolated rail are at most 2e-5 mm below the arc
     assert -2e-5 < gap[best] < 2e-5
-    if len(pair.touch_points) == 1:
+    if len(pair.contact_points) == 1:
         # limit from a height of 2e-5 mm and the flattest gap here (1/2000 per mm)
         assert y[best] == pytest.approx(pair.first.y_mm, abs=0.3)
         assert x[best] == pytest.approx(pair.first.x_mm, abs=0.5)
@@ -578,7 +578,7 @@ def test_three_points_touch_at_once():
     # -c y^2 (y^2 - 100)^2: three equal tops at -10, 0 and 10 mm
     c = 1e-9
     bumps = Polynomial(y_from=-20.0, y_to=20.0, coefficients=(0.0, 0.0, -1e4 * c, 0.0, 2e2 * c, 0.0, -c))
-    touches = flat_wheel_on(bumps).touch_points
+    touches = flat_wheel_on(bumps).contact_points
     assert sorted(touch.rail_y_mm for touch in touches) == pytest.approx([-10.0, 0.0, 10.0], abs=1e-6)
     assert [touch.vertical_gap_mm for touch in touches] == pytest.approx([0.0] * 3, abs=1e-12)
     # half the second derivative is 1e4 c at the middle top and 4e4 c at the outer tops
@@ -618,7 +618,7 @@ def test_possible_shifts_leave_out_those_between_that_are_not():
     possible = "shifts between -40 and -23 mm and between 3 and 7.5 mm (in steps of 0.5 mm) are possible"
     assert possible in str(refused.value)
     for shift in (-23.0, 3.0, 7.5):
-        assert place_case(replace(case, lateral_shift_mm=shift)).touch_points
+        assert place_case(replace(case, lateral_shift_mm=shift)).contact_points
     for shift in (-22.5, 2.5):
         with pytest.raises(InputError, match="lateral shift"):
             place_case(replace(case, lateral_shift_mm=shift))

@@ -290,7 +290,7 @@ def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
 
 @pytest.mark.slow
 @needs_factors
-def test_the_plastic_step_with_four_elements_a_semi_axis_is_within_its_uncertainty():
+def test_the_plastic_step_with_four_elements_per_semi_axis_is_within_its_uncertainty():
     # by two meshes, the uncertainty of the area is 4 % of its step here; the step is 7 % too small
     load = solve(replace(sphere(3.0), resolution="quick")).load
     step, uncertainty = load.ladder.steps["bodies_to_plastic"], load.plastic.step_uncertainty

@@ -40,7 +40,7 @@ VERSIONS = {"fecontact": "0.1.0", "gmsh": "4.15.2", "platform": "Linux-6-x86_64"
 LIMITS = (
     ("fe_p_max_MPa", 1200.0, 0.12),
     ("half_space_p_max_MPa", 1200.0, 0.12),
-    ("verdict_limit_used", 2.0, 0.01),
+    ("verdict_limit_utilisation", 2.0, 0.01),
     ("creep_theories_rolling_half_space_fe_fx_N", 2e-12, 30.0),
     ("creep_theories_rolling_half_space_hertz_mz_Nmm", -5e4, 300.0),
     ("creep_creepages_xi", 1e-3, 1e-6),
@@ -55,7 +55,7 @@ LIMITS = (
     ("fe_centre_x_mm", -12.0, 12e-3),
     ("fe_approach_mm", 0.02, 1e-5),
     ("hertz_approach_mm", 0.02, 2e-8),
-    ("touch_rail_y_mm", 700.0, 1e-4),
+    ("contact_rail_y_mm", 700.0, 1e-4),
     ("lateral_shift_mm", 4.0, 4e-8),
     ("normal_force_N", 1e5, 0.1),
     ("contact_angle_mrad", 80.0, 1e-3),
@@ -145,7 +145,7 @@ def test_each_stated_uncertainty_of_a_baseline_that_shrinks_tenfold_is_a_differe
     assert compare_tables(table, scale_uncertainties(1.03)).same
 
 
-@pytest.mark.parametrize("column", ["fe_pieces", "fe_lobes", "touch_points"])
+@pytest.mark.parametrize("column", ["fe_patch_count", "fe_lobes", "contact_points"])
 def test_counts_of_things_are_exact(tmp_path, column):
     assert compare_rows(tmp_path, [case_row(**{column: 2})], [case_row(**{column: 2.0})]).same
     different = compare_rows(tmp_path, [case_row(**{column: 1})], [case_row(**{column: 2})])
@@ -168,7 +168,7 @@ def test_two_measures_that_use_as_much_of_their_limits_may_change_places(tmp_pat
 
     On an exact ellipse, the limit utilisation of STRIPES is 0.01276 or 0.01270, by two measures on two processors.
     """
-    share = f"{prefix}limit_used" if prefix else "verdict_limit_used"
+    share = f"{prefix}limit_utilisation" if prefix else "verdict_limit_utilisation"
 
     def judged_rows(measure: str, utilisation: float, answer: str = "HOLDS") -> list[dict]:
         return [
@@ -275,12 +275,12 @@ def test_order_of_rows_and_columns_does_not_matter(tmp_path):
 
 def test_csv_and_json_give_the_same_comparison(tmp_path):
     was = [
-        case_row("a", fe_pieces=1, at_junction=False, overlap=0.1 + 0.2, verdict_cause=None),
-        case_row("b", fe_pieces=2),
+        case_row("a", fe_patch_count=1, at_junction=False, overlap=0.1 + 0.2, verdict_cause=None),
+        case_row("b", fe_patch_count=2),
     ]
     now = [
-        case_row("a", fe_pieces=1, at_junction=True, overlap=0.35, verdict_cause="x"),
-        case_row("b", fe_pieces=math.nan),
+        case_row("a", fe_patch_count=1, at_junction=True, overlap=0.35, verdict_cause="x"),
+        case_row("b", fe_patch_count=math.nan),
     ]
     from_json = compare_rows(tmp_path, was, now, form="study.json")
     from_csv = compare_rows(tmp_path, was, now, form="study.csv")
@@ -677,7 +677,9 @@ def test_what_is_no_value_and_the_order_are_the_same_in_csv_and_json(tmp_path):
         case_row(
             "a", fe_b_mm=math.nan, junction_distance_mm=math.inf, at_junction=False, status="failed: two\r\nlines"
         ),
-        case_row("b", fe_pieces=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""),
+        case_row(
+            "b", fe_patch_count=1, overlap=0.1 + 0.2, load_kN=1e22, warnings='"quoted", and; more', verdict_cause=""
+        ),
     ]
     study = write_study(tmp_path / "study", rows)
     # infinity is null in JSON and empty in the CSV
@@ -777,8 +779,11 @@ def test_a_tolerance_file_that_is_not_there_is_exit_code_2(tmp_path, capsys):
 def write_reports(tmp_path: Path) -> tuple[str, str]:
     """JSON and HTML of two completely different studies, with special characters of HTML."""
     bad = "<script>alert('&')</script>"
-    was = [case_row("a<b>", fe_pieces=1, strange=1.0, seconds=1.0, verdict_answer="HOLDS"), case_row("gone")]
-    now = [case_row("a<b>", fe_pieces=2, strange=1.5, seconds=9.0, verdict_answer=bad, more_MPa=1), case_row("added")]
+    was = [case_row("a<b>", fe_patch_count=1, strange=1.0, seconds=1.0, verdict_answer="HOLDS"), case_row("gone")]
+    now = [
+        case_row("a<b>", fe_patch_count=2, strange=1.5, seconds=9.0, verdict_answer=bad, more_MPa=1),
+        case_row("added"),
+    ]
     folders = [write_study(tmp_path / "was", was), write_study(tmp_path / "now", now, versions={"gmsh": bad})]
     out = tmp_path / "deep"
     assert call(["compare", *map(str, folders), "--out", str(out)]) == 1
@@ -815,12 +820,12 @@ def test_json_has_everything(tmp_path):
     assert record["default_tolerance_columns"] == ["strange"]
     assert record["versions"]["gmsh"]["baseline"] == "4.15.2"
     by_column = {difference["column"]: difference for difference in record["differences"]}
-    assert set(by_column) == {"fe_pieces", "strange", "verdict_answer"}
+    assert set(by_column) == {"fe_patch_count", "strange", "verdict_answer"}
     strange = by_column["strange"]
     assert (strange["baseline"], strange["new"], strange["difference"]) == ("1.0", "1.5", 0.5)
     assert strange["times_tolerance"] == pytest.approx(0.5 / 1e-4)
     # infinite, because the tolerance is zero
-    assert by_column["fe_pieces"]["times_tolerance"] is None
+    assert by_column["fe_patch_count"]["times_tolerance"] is None
     assert [difference["column"] for difference in record["not_compared"]] == ["seconds"]
     assert record["columns"][0]["differing"] == 1
     assert strange["reason"]
@@ -835,7 +840,7 @@ def test_html_is_one_well_formed_file_with_all_texts_escaped(tmp_path):
     assert "a<b>" in cells
     assert "<script>alert('&')</script>" in cells
     marked = ["".join(line[0].itertext()) for line in page.iter("tr") if line.get("class") == "beyond"]
-    assert set(marked) == {"fe_pieces", "strange", "verdict_answer"}
+    assert set(marked) == {"fe_patch_count", "strange", "verdict_answer"}
     bullets = ["".join(bullet.itertext()) for bullet in page.iter("li")]
     assert {"missing cases: gone", "extra cases: added", "extra columns: more_MPa"} <= set(bullets)
 
@@ -872,11 +877,11 @@ def test_the_terminal_shows_the_worst_columns_and_says_how_many_more_differ(tmp_
 
 
 def test_the_same_shows_only_what_is_not_equal(tmp_path, capsys):
-    was = write_study(tmp_path / "was", [case_row(seconds=1.0, fe_pieces=1)])
+    was = write_study(tmp_path / "was", [case_row(seconds=1.0, fe_patch_count=1)])
     near = write_study(
-        tmp_path / "near", [case_row(seconds=1.0, fe_pieces=1.0) | {"fe_p_max_MPa": 1234.5 * (1 + 5e-5)}]
+        tmp_path / "near", [case_row(seconds=1.0, fe_patch_count=1.0) | {"fe_p_max_MPa": 1234.5 * (1 + 5e-5)}]
     )
-    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, fe_pieces=1.0)])
+    equal = write_study(tmp_path / "equal", [case_row(seconds=2.0, fe_patch_count=1.0)])
     assert call(["compare", str(was), str(near)]) == 0
     out = capsys.readouterr().out
     assert "Closest to their tolerance" in out
@@ -952,7 +957,7 @@ def test_cases_are_called_by_what_was_solved(tmp_path, capsys):
 
 
 def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
-    rows = [case_row("a", fe_centre_x_mm=4e-19, overlap=1 / 3, fe_pieces=1, seconds=3.2, verdict_cause=None)]
+    rows = [case_row("a", fe_centre_x_mm=4e-19, overlap=1 / 3, fe_patch_count=1, seconds=3.2, verdict_cause=None)]
     study = write_study(tmp_path / "study", rows)
     arguments = ["baseline", "update", str(study), "--baselines", str(tmp_path / "b")]
     assert call([*arguments, "--reason", "  the first  "]) == 0
@@ -961,7 +966,7 @@ def test_a_baseline_is_written_and_compares_with_its_results(tmp_path, capsys):
         (written,) = csv.DictReader(file)
     assert written == {
         **{"id": "a", "status": "converged", "rail": "60E1", "fe_p_max_MPa": "1234.5", "fe_area_mm2": "120"},
-        **{"fe_centre_x_mm": "0", "overlap": "0.3333333333", "fe_pieces": "1", "verdict_cause": ""},
+        **{"fe_centre_x_mm": "0", "overlap": "0.3333333333", "fe_patch_count": "1", "verdict_cause": ""},
     }
     record = json.loads((tmp_path / "b" / "mine.json").read_text())
     assert (record["study"], record["reason"]) == ("mine", "the first")
@@ -1081,7 +1086,7 @@ def test_the_tables_that_a_study_writes_fit_each_other(elliptic_quick, tmp_path)
         "lateral_shift_mm": np.float64(0.1),
     }
     rows = [
-        {"id": "a", **row_of(elliptic_quick), "fe_pieces": np.int64(1), "at_junction": np.True_},
+        {"id": "a", **row_of(elliptic_quick), "fe_patch_count": np.int64(1), "at_junction": np.True_},
         failed,
     ]
     write_tables("mine", 2, rows, tmp_path / "study")

@@ -107,7 +107,7 @@ def test_a_report_says_question_answer_and_reason(study):
 def test_the_picture_of_the_pair_says_which_case_it_shows(study):
     words = [text_of(caption) for caption in parse_page(study / "report.html").iter("figcaption")]
     rows = json.loads((study / "study.json").read_text("utf-8"))["rows"]
-    utilisations = [row.get("verdict_limit_used", 0.0) for row in rows]
+    utilisations = [row.get("verdict_limit_utilisation", 0.0) for row in rows]
     assert utilisations[1] == max(utilisations) > utilisations[0] > 0.0
     case = f"at +2.50 mm, 100 kN, the case with the largest limit utilisation ({utilisations[1]:.2f})"
     # the caption after the caption of the whole study

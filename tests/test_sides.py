@@ -38,7 +38,7 @@ def junction_result(result, solved_load=None):
     touch = result.placement.first
     sharper = replace(touch.curvatures[0], rail_per_mm=1.0 / SHARPER_MM, yy_per_mm=1.0 / SHARPER_MM)
     first = replace(touch, curvatures=(sharper, touch.curvatures[0]))
-    placement = replace(result.placement, touch_points=(first,))
+    placement = replace(result.placement, contact_points=(first,))
     return replace(result, load=judge_load(solved_load or result.load.solved, placement), placement=placement)
 
 
@@ -90,7 +90,11 @@ def check_one_side(result):
     assert (row["verdict_measure"], row["verdict_answer"]) == (measure, answer)
     assert compare_with_limit(hertz["deviation"][measure], hertz["uncertainty"][measure], LIMITS[measure]) == answer
     utilisation = max(abs(hertz["deviation"][name]) / limit for name, limit in LIMITS.items())
-    assert row["verdict_limit_used"] == record["verdict"]["limit_used"] == pytest.approx(utilisation, rel=1e-12)
+    assert (
+        row["verdict_limit_utilisation"]
+        == record["verdict"]["limit_utilisation"]
+        == pytest.approx(utilisation, rel=1e-12)
+    )
     # the text has these numbers too, and does not contradict itself
     text = decided_text(row, LIMITS)
     assert BY_EACH_VARIANT not in text
@@ -117,7 +121,7 @@ def test_numbers_in_python_are_of_the_side_that_decides(gauge_decides):
     load = gauge_decides.load
     gauge = load.judgements[HERTZ_GAUGE]
     assert (load.deviation, load.uncertainty) == (gauge.deviation, gauge.uncertainty)
-    assert load.limit_used == judgements_by_theory(load)[HERTZ].limit_used == gauge.limit_used
+    assert load.limit_utilisation == judgements_by_theory(load)[HERTZ].limit_utilisation == gauge.limit_utilisation
     for measure, answer in load.verdict.each.items():
         assert compare_with_limit(load.deviation[measure], load.uncertainty[measure], LIMITS[measure]) == answer
 
@@ -135,7 +139,7 @@ def test_the_side_that_is_open_decides_although_the_other_one_uses_more_of_a_lim
     open_ = replace(load, judgements={HERTZ_GAUGE: gauge, HERTZ: field}, verdict=field.verdict)
     assert (open_.deciding_side, open_.verdict.answer) == ("field", "UNRESOLVED")
     (hertz_record,) = [verdict_record for name, verdict_record in judgements_by_theory(open_).items() if name == HERTZ]
-    assert (hertz_record.limit_used, hertz_record.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
+    assert (hertz_record.limit_utilisation, hertz_record.verdict.answer) == (pytest.approx(0.8), "UNRESOLVED")
     assert hertz_record.limit_range == (pytest.approx(0.4), pytest.approx(1.2))
 
 

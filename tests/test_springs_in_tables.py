@@ -51,7 +51,7 @@ def test_a_row_says_how_several_ellipses_do(two):
     load, placement = two
     row, judgement = load_row(load, placement), load.judgements[MULTI_HERTZ]
     assert row["verdict_answer"] == "FAILS"
-    assert row["touch_points"] == len(judgement.approximation.patches) == 2
+    assert row["contact_points"] == len(judgement.approximation.patches) == 2
     assert not judgement.approximation.overlapping
     assert row["multi_hertz_verdict_answer"] == judgement.verdict.answer == "HOLDS"
     assert row["cheapest_theory"] == MULTI_HERTZ
@@ -59,7 +59,7 @@ def test_a_row_says_how_several_ellipses_do(two):
     assert row["multi_hertz_deviation_p_max_percent"] == 1e2 * judgement.deviation["p_max_MPa"]
     assert abs(row["multi_hertz_deviation_p_max_percent"]) < 5.0 < 30.0 < row["hertz_deviation_p_max_percent"]
     worst = max(abs(judgement.deviation[name]) / limit for name, limit in load.case.criteria.limits.items())
-    assert row["multi_hertz_limit_used"] == judgement.limit_used == worst < 1.0
+    assert row["multi_hertz_limit_utilisation"] == judgement.limit_utilisation == worst < 1.0
 
 
 def test_a_single_ellipse_has_no_columns_of_its_own(single):
@@ -125,5 +125,5 @@ def test_a_baseline_of_before_is_no_difference_and_one_of_today_is(two, single, 
     comparison = compared(rows, [rows[0], rows[1] | {"multi_hertz_verdict_answer": "FAILS"}], tmp_path)
     assert list(comparison.differences.column) == ["multi_hertz_verdict_answer"]
     # a baseline that has some of them has all
-    some = [rows[0], {name: value for name, value in rows[1].items() if name != "multi_hertz_limit_used"}]
-    assert compared(some, rows, tmp_path).one_sided["extra columns"] == ["multi_hertz_limit_used"]
+    some = [rows[0], {name: value for name, value in rows[1].items() if name != "multi_hertz_limit_utilisation"}]
+    assert compared(some, rows, tmp_path).one_sided["extra columns"] == ["multi_hertz_limit_utilisation"]

@@ -395,12 +395,12 @@ def test_15_cheaper_than_finite_elements(quick, tmp_path):
 
 def test_15_a_theory_that_says_nothing_of_its_own_is_hertz():
     study = module("15_cheaper_than_finite_elements")
-    row = {"hertz_verdict_answer": "FAILS", "hertz_limit_used": 2.0, "hertz_deviation_p_max_percent": 9.0}
+    row = {"hertz_verdict_answer": "FAILS", "hertz_limit_utilisation": 2.0, "hertz_deviation_p_max_percent": 9.0}
     row |= {
         f"{name}_{key}": value
         for name in study.ALL
         if name not in ("hertz", "multi_hertz")
-        for key, value in (("verdict_answer", "HOLDS"), ("limit_used", 0.5), ("deviation_p_max_percent", 1.0))
+        for key, value in (("verdict_answer", "HOLDS"), ("limit_utilisation", 0.5), ("deviation_p_max_percent", 1.0))
     }
     judgements = study.judged([row])
     assert judgements["hertz"] == judgements["multi_hertz"]
@@ -504,7 +504,7 @@ def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     """
     case = module("21_measured_pairs").two_patches(92.0)
     placement = place_case(case)
-    places = {round(float(touch.rail_y_mm)): touch.vertical_gap_mm for touch in placement.touch_points}
+    places = {round(float(touch.rail_y_mm)): touch.vertical_gap_mm for touch in placement.contact_points}
     assert sorted(places) == [-35, -26, 6]
     assert max(places.values()) < 0.05
     _, expected = expect_on_half_space(case, placement, nodes=4)
@@ -513,7 +513,7 @@ def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     assert min(ellipse.semi_axes_mm[1] for ellipse in expected.parts) == pytest.approx(0.36, abs=0.1)
     # its opposite has one touch point there
     mirrored_placement = place_case(replace(case, roll_rad=-case.roll_rad))
-    assert len(mirrored_placement.touch_points) == 1
+    assert len(mirrored_placement.contact_points) == 1
 
 
 def test_cells_of_constant_pressure_reach_beyond_the_contact():
@@ -607,7 +607,10 @@ def test_12_others_are_contacts_and_half_spaces_find_them():
         true_gap = replace(
             make_true_gap(study.FLAT, flat_placement := place_case(study.FLAT)),
             placement=study.GivenGap(
-                rail=flat_placement.rail, wheel=flat_placement.wheel, touch_points=flat_placement.touch_points, of=exact
+                rail=flat_placement.rail,
+                wheel=flat_placement.wheel,
+                contact_points=flat_placement.contact_points,
+                of=exact,
             ),
         )
         grid = exact.fine_grid((0.5, float(rng.uniform())), half=True)

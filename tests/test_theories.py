@@ -91,7 +91,7 @@ def test_a_theory_with_a_single_ellipse_reads_as_hertz():
             assert same.deviation[name] == hertz.deviation[name], name
             assert same.uncertainty[name] == hertz.uncertainty[name], name
     assert same.deviation["approach_mm"] == 0.1 / solved_load.levels[0].fe.approach_mm - 1.0
-    assert (same.verdict, same.limits, same.limit_used) == (hertz.verdict, hertz.limits, hertz.limit_used)
+    assert (same.verdict, same.limits, same.limit_utilisation) == (hertz.verdict, hertz.limits, hertz.limit_utilisation)
     assert same.hertz == load.hertz
     # a pressure that is not known to be an ellipse is read off nodes, as the contact itself
     (patch,) = same.approximation.patches
@@ -191,7 +191,7 @@ def test_a_judged_load_goes_to_another_process_and_comes_back(two, judged_two):
 def test_ellipses_that_share_a_load_are_told_only_where_several_carry_it(case):
     placement = place_case(case)
     # two touch points, of which a small load closes one
-    assert len(placement.touch_points) == (1 if case is ROUND else 2)
+    assert len(placement.contact_points) == (1 if case is ROUND else 2)
     force = compute_hertz(case, placement).normal_force_N
     assert (
         THEORIES[MULTI_HERTZ].approximate(LoadedPlacement(placement=placement, case=case, normal_force_N=force)) is None
@@ -286,7 +286,7 @@ def test_a_further_theory_is_in_all_that_tells_of_a_case(judged_result, tmp_path
     row = keep_as(judged_result, tmp_path / "cases" / "one")
     assert (row["block_verdict_answer"], row["block_verdict_measure"]) == ("FAILS", "p_max_MPa")
     assert row["block_deviation_p_max_percent"] == 1e2 * block.deviation["p_max_MPa"]
-    assert row["block_limit_used"] == block.limit_used > 1.0
+    assert row["block_limit_utilisation"] == block.limit_utilisation > 1.0
     # where Hertz holds, no other theory is recommended
     assert row["cheapest_theory"] == HERTZ
     assert "cheapest theory that holds" not in printed(parts_of_rows, [row])

@@ -230,7 +230,7 @@ def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
     placement = place_case(case)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=60e3)
     line = find_gap_line(loaded)
-    away = [placement.arc_mm(touch) for touch in placement.touch_points[1:]]
+    away = [placement.arc_mm(touch) for touch in placement.contact_points[1:]]
     assert away
     assert not any(line.surface_mm[0] <= arc <= line.surface_mm[-1] for arc in away)
     for name in ("equivalent_ellipse", "kik_piotrowski", "stripes", "analyn", "kpec", "strip"):

@@ -25,8 +25,8 @@ CASES = {
 }
 # Beside its inputs a row has these that stand in the head of a record, or in other units.
 HEAD = {
-    *("status", "resolution", "contact_angle_mrad", "touch_rail_y_mm", "touch_wheel_y_mm", "at_junction"),
-    *("touch_points", "warnings", *MEASURED_COLUMNS),
+    *("status", "resolution", "contact_angle_mrad", "contact_rail_y_mm", "contact_wheel_y_mm", "at_junction"),
+    *("contact_points", "warnings", *MEASURED_COLUMNS),
 }
 
 
@@ -167,7 +167,7 @@ def test_every_column_of_a_row_is_a_number_of_the_record(record, result):
         assert row[name] == value or math.isnan(row[name]), name
 
 
-def test_several_touch_points_are_told_as_patches(solved):
+def test_several_contact_points_are_told_as_patches(solved):
     theories = result_record(solved(CASES["two lobes"]))["theories"]
     springs = theories[MULTI_HERTZ]
     assert len(springs["patches"]) == 2

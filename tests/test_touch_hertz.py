@@ -61,19 +61,19 @@ def test_the_springs_carry_the_load(springs, load):
 # --- positions ----------------------------------------------------------------------------------------------------
 
 
-def test_two_touch_points_share_the_load():
+def test_two_contact_points_share_the_load():
     case = Case(lateral_shift_mm=0.0)
     placement = place_case(case)
     direction = placement.load_direction(normal=False)
     points = compute_hertz_points(case, placement)
-    assert [(p.touch_point, p.side) for p in points.points] == [(0, "both"), (1, "both")]
+    assert [(p.contact_point_number, p.side) for p in points.points] == [(0, "both"), (1, "both")]
     shares = [p.shared for p in points.points]
     vertical = [
-        s.normal_force_N * float(t.normal @ direction) for s, t in zip(shares, placement.touch_points, strict=True)
+        s.normal_force_N * float(t.normal @ direction) for s, t in zip(shares, placement.contact_points, strict=True)
     ]
     assert sum(vertical) == pytest.approx(case.load_N, rel=1e-9)
     # one rigid approach: each ellipse's own approach is what its gap leaves of it
-    for share, touch in zip(shares, placement.touch_points, strict=True):
+    for share, touch in zip(shares, placement.contact_points, strict=True):
         own_closing_mm = (
             points.shared_approach_mm * float(touch.normal @ direction) - touch.vertical_gap_mm * touch.normal[2]
         )

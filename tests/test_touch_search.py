@@ -106,7 +106,7 @@ def assert_right(pair: Pair, shift_mm: float, roll_rad: float = 0.0, *, prominen
     assert isinstance(placement, Placement), placement
     axle, expected = all_minima(pair, shift_mm, roll_rad, prominence_mm)
     assert placement.wheel.centre_mm[2] == pytest.approx(axle, abs=1e-6)
-    minima = [(touch.vertical_gap_mm, touch.wheel_y_mm) for touch in placement.touch_points]
+    minima = [(touch.vertical_gap_mm, touch.wheel_y_mm) for touch in placement.contact_points]
     assert len(minima) == len(expected), (minima, expected)
     for (gap, y), (expected_gap, expected_y) in zip(minima, expected, strict=True):
         assert gap == pytest.approx(expected_gap, abs=1e-6)
@@ -187,7 +187,7 @@ def test_the_standard_pair_without_roll_where_it_passes_to_the_flank(shift):
 
 @pytest.mark.parametrize("name", ["S1002", "hollow"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monkeypatch):
+def test_contact_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monkeypatch):
     pair = pair_with(load_library_profile(name) if name == "S1002" else hollow(*THREE_POINTS[0][:3]))
     shifts = (-3.0, 0.1, 4.753, 6.65)
     placements = [pair.placed(shift, 1e-4, 0.0) for shift in shifts]
@@ -201,8 +201,8 @@ def test_touch_points_do_not_depend_on_the_nodes_of_the_search(name, seed, monke
     monkeypatch.setattr(placement_module, "sample_profile", search_between_nodes)
     for placement, shift in zip(placements, shifts, strict=True):
         moved_placement = pair.placed(shift, 1e-4, 0.0)
-        assert len(placement.touch_points) == len(moved_placement.touch_points)
-        for a, b in zip(placement.touch_points, moved_placement.touch_points, strict=True):
+        assert len(placement.contact_points) == len(moved_placement.contact_points)
+        for a, b in zip(placement.contact_points, moved_placement.contact_points, strict=True):
             # roots of the slope to rounding, over the flattest gap here (1/2000 per mm)
             assert a.rail_y_mm == pytest.approx(b.rail_y_mm, abs=1e-8)
             assert a.vertical_gap_mm == pytest.approx(b.vertical_gap_mm, abs=1e-11)

@@ -51,8 +51,8 @@ def benchmark(shift_right: float) -> Case:
 
 
 def assert_same_placement(first, second, tolerance=1e-10):
-    assert len(first.touch_points) == len(second.touch_points)
-    for a, b in zip(first.touch_points, second.touch_points, strict=True):
+    assert len(first.contact_points) == len(second.contact_points)
+    for a, b in zip(first.contact_points, second.contact_points, strict=True):
         for name in ("x_mm", "y_mm", "z_mm", "rail_y_mm", "wheel_y_mm", "contact_angle_rad", "vertical_gap_mm"):
             assert getattr(a, name) == pytest.approx(getattr(b, name), abs=tolerance), name
         np.testing.assert_allclose(a.curvature.hessian, b.curvature.hessian, atol=tolerance)

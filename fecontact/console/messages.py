@@ -115,7 +115,7 @@ def print_geometry(cases: Sequence[Case]) -> None:
     cases
         Cases of the command.
     """
-    from fecontact.outputs.own_profiles import geometry_of_cases
+    from fecontact.outputs.pair_geometry import geometry_of_cases
 
     announce(*geometry_of_cases(cases))
     _print_radii(cases)

@@ -65,7 +65,7 @@ class Patch:
     valley
         Prominence of the second most prominent peak, as a fraction of the highest peak. It is 0 for a single peak. For
         a separate patch, it is the height of the peak.
-    pieces
+    patch_count
         Number of separate patches.
     separate_load
         Fraction of the force on all patches except the patch with the largest force.
@@ -81,7 +81,7 @@ class Patch:
     centre_y_mm: float
     lobes: tuple[Lobe, ...]
     valley: float
-    pieces: int
+    patch_count: int
     separate_load: float
 
 
@@ -138,7 +138,7 @@ def measure_patch(pressure: Field) -> Patch:
         centre_y_mm=centre_s,
         lobes=lobes,
         valley=valley,
-        pieces=forces.size,
+        patch_count=forces.size,
         separate_load=float((forces.sum() - forces.max()) / forces.sum()),
     )
 

@@ -58,7 +58,7 @@ class TheoryPatch:
         Centre of pressure.
     low_mm, high_mm
         Smallest and largest (x, s) of the patch.
-    touch_point, touch
+    contact_point_number, touch
         Number of the contact point of the patch, and this contact point; None for theories without contact points.
     """
 
@@ -72,7 +72,7 @@ class TheoryPatch:
     centre_mm: tuple[float, float]
     low_mm: tuple[float, float]
     high_mm: tuple[float, float]
-    touch_point: int | None = None
+    contact_point_number: int | None = None
     touch: ContactPoint | None = None
 
     @property

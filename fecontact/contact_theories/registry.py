@@ -130,7 +130,7 @@ def _closed_points(placement: Placement, approach_mm: float) -> list[ContactPoin
     """Contact points that an approach along the normal at the first contact point closes."""
     return [
         touch
-        for touch in placement.touch_points
+        for touch in placement.contact_points
         if approach_mm * float(touch.normal @ placement.first.normal) > touch.vertical_gap_mm * float(touch.normal[2])
     ]
 
@@ -178,10 +178,14 @@ def _multi_hertz(loaded: LoadedPlacement) -> TheoryContact | str | None:
     for point in points.points:
         if point.shared is None:
             continue
-        contact_point = placement.touch_points[point.touch_point]
+        contact_point = placement.contact_points[point.contact_point_number]
         centre = (contact_point.x_mm - placement.first.x_mm, placement.arc_mm(contact_point))
         patches.append(
-            replace(patch_from_ellipse(point.shared, centre), touch_point=point.touch_point, touch=contact_point)
+            replace(
+                patch_from_ellipse(point.shared, centre),
+                contact_point_number=point.contact_point_number,
+                touch=contact_point,
+            )
         )
     if len(patches) < 2:
         # A single ellipse is Hertz.

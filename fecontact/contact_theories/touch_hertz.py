@@ -26,7 +26,7 @@ class ContactPointHertz:
 
     Attributes
     ----------
-    touch_point
+    contact_point_number
         Number of the contact point; 0 is first touch.
     side
         Side of the junction: `both` without a junction.
@@ -40,7 +40,7 @@ class ContactPointHertz:
         Reason why the ellipse does not fit on the profiles; empty if it fits, and without an ellipse.
     """
 
-    touch_point: int
+    contact_point_number: int
     side: Side
     whole: HertzContact | None
     shared: HertzContact | None
@@ -172,7 +172,7 @@ def solve_hertz_points(
     >>> len(hertz.points)
     1
     """
-    touches = placement.touch_points
+    touches = placement.contact_points
     closing = np.array([float(touch.normal @ direction) for touch in touches])
     whole_load_ellipses = [
         [_ellipse_or_problem(curvature, load_N / cosine, contact_modulus_MPa) for curvature in touch.curvatures]
@@ -198,7 +198,7 @@ def solve_hertz_points(
     return HertzAtContactPoints(
         points=tuple(
             ContactPointHertz(
-                touch_point=number,
+                contact_point_number=number,
                 side=side,
                 whole=ellipse if isinstance(ellipse, HertzContact) else None,
                 shared=shared_ellipse if side != "gauge" else None,
@@ -228,7 +228,7 @@ def _ellipse_or_problem(curvature: RelativeCurvature, normal_force_N: float, mod
 
 def _ellipses_overlap(placement: Placement, shared: list[HertzContact | None]) -> bool:
     """Whether two of the ellipses overlap across the rail."""
-    positions = (float(placement.rail.profile.arc_length(touch.rail_u)) for touch in placement.touch_points)
+    positions = (float(placement.rail.profile.arc_length(touch.rail_u)) for touch in placement.contact_points)
     half_widths = sorted(
         (position, 0.5 * ellipse.extent_y_mm)
         for position, ellipse in zip(positions, shared, strict=True)

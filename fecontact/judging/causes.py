@@ -36,7 +36,7 @@ class PatchGeometry:
         (-).
     normal_turn_rad
         Angle by which the rail's normal turns below the patch: the measure of conformity.
-    lobes, pieces
+    lobes, patch_count
         Number of lobes of the pressure, and number of separate patches.
     """
 
@@ -51,7 +51,7 @@ class PatchGeometry:
     curvature_variation: float
     normal_turn_rad: float
     lobes: int
-    pieces: int
+    patch_count: int
 
 
 def find_cause(
@@ -101,7 +101,7 @@ def find_gap_cause(geometry: PatchGeometry) -> str:
     str
         Cause in words.
     """
-    if geometry.pieces > 1:
+    if geometry.patch_count > 1:
         return "second patch"
     if geometry.lobes > 1:
         return "second lobe"
@@ -152,5 +152,5 @@ def measure_patch_geometry(placement: Placement, fe: Rung, hertz: HertzContact, 
         curvature_variation=float(np.ptp(relative_curvature) / abs(contact_point.curvature.yy_per_mm)),
         normal_turn_rad=float(np.ptp(angles)),
         lobes=len(patch.lobes),
-        pieces=patch.pieces,
+        patch_count=patch.patch_count,
     )

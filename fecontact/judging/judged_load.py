@@ -157,9 +157,9 @@ class JudgedLoad:
         return self.deciding.uncertainty
 
     @property
-    def limit_used(self) -> float:
+    def limit_utilisation(self) -> float:
         """Limit utilisation of Hertz against elastic bodies on the deciding side.
 
         Above 1 Hertz fails.
         """
-        return self.deciding.limit_used
+        return self.deciding.limit_utilisation

@@ -78,7 +78,7 @@ class LobeJudgement:
         Centre of pressure (x, s from the first contact point), and the rail there.
     separate
         Whether the pressure falls to zero at both limits of the lobe.
-    touch_point, touch
+    contact_point_number, touch
         Number of the contact point, and the contact point with the smallest gap between the limits of the lobe. None
         without a contact point, and then without an ellipse, deviations and a verdict.
     fe, fe_uncertainty
@@ -92,7 +92,7 @@ class LobeJudgement:
         Deviations of the ellipse from the finite elements, and their uncertainties (-).
     verdict
         Verdict on the ellipse.
-    p_max_lines_MPa
+    p_max_variants_MPa
         Smallest and largest peak over the profile variants, extended by the uncertainty from the meshes; None for exact
         profiles.
     """
@@ -102,7 +102,7 @@ class LobeJudgement:
     rail_y_mm: float
     contact_angle_rad: float
     separate: bool
-    touch_point: int | None
+    contact_point_number: int | None
     touch: ContactPoint | None
     fe: Mapping[str, float]
     fe_uncertainty: Mapping[str, float]
@@ -111,7 +111,7 @@ class LobeJudgement:
     deviation: Mapping[str, float] = field(default_factory=dict)
     uncertainty: Mapping[str, float] = field(default_factory=dict)
     verdict: Verdict | None = None
-    p_max_lines_MPa: tuple[float, float] | None = None
+    p_max_variants_MPa: tuple[float, float] | None = None
 
 
 # Each lobe is matched on all rungs.
@@ -207,15 +207,15 @@ def _judge_lobe(
         rail_y_mm=rail_y,
         contact_angle_rad=angle,
         separate=lobe.separate,
-        touch_point=number,
-        touch=None if number is None else placement.touch_points[number],
+        contact_point_number=number,
+        touch=None if number is None else placement.contact_points[number],
         fe=lobe_measures,
         fe_uncertainty=lobe_uncertainty,
         rungs={
             "fe": lobe_measures,
             **({} if half_space_lobe is None else {"half_space": _read_lobe_measures(half_space_lobe)}),
         },
-        p_max_lines_MPa=shifts.band(lobe_measures["p_max_MPa"], lobe_uncertainty["p_max_MPa"]),
+        p_max_variants_MPa=shifts.band(lobe_measures["p_max_MPa"], lobe_uncertainty["p_max_MPa"]),
     )
     if number is None:
         return judgement
@@ -230,8 +230,8 @@ def _compare_with_hertz(
 
     The judgement stays unchanged if the surfaces conform at the contact point.
     """
-    assert judgement.touch_point is not None
-    theory = _make_ellipse(lobe, judgement.touch_point, placement, solved_load.case)
+    assert judgement.contact_point_number is not None
+    theory = _make_ellipse(lobe, judgement.contact_point_number, placement, solved_load.case)
     if theory is None:
         # The surfaces conform at this contact point.
         return judgement
@@ -299,12 +299,14 @@ def estimate_lobe_uncertainties(lobe: ContactLobe, levels: Sequence[Level]) -> d
     return {"normal_force_N": share_error / shares[0]} | {name: budget.total for name, budget in budgets.items()}
 
 
-def _make_ellipse(lobe: ContactLobe, touch_point: int, placement: Placement, case: Case) -> TheoryContact | None:
+def _make_ellipse(
+    lobe: ContactLobe, contact_point_number: int, placement: Placement, case: Case
+) -> TheoryContact | None:
     """Hertz's ellipse at a contact point under a lobe's force.
 
     None if the surfaces conform.
     """
-    contact_point = placement.touch_points[touch_point]
+    contact_point = placement.contact_points[contact_point_number]
     hessian = contact_point.curvature.hessian
     if np.linalg.eigvalsh(hessian)[0] <= 0.0:
         return None
@@ -349,10 +351,10 @@ def _find_contact_point(lobe: ContactLobe, placement: Placement) -> int | None:
     """
     candidates = [
         number
-        for number, contact_point in enumerate(placement.touch_points)
+        for number, contact_point in enumerate(placement.contact_points)
         if lobe.low_mm <= placement.arc_mm(contact_point) <= lobe.high_mm
     ]
-    return min(candidates, key=lambda number: placement.touch_points[number].vertical_gap_mm, default=None)
+    return min(candidates, key=lambda number: placement.contact_points[number].vertical_gap_mm, default=None)
 
 
 def judge_profile_variant(label: str, case: Case, placement: Placement, half_space: Rung) -> VariantResult:
@@ -390,7 +392,7 @@ def judge_profile_variant(label: str, case: Case, placement: Placement, half_spa
         read_patch(half_space),
     )
     return VariantResult(
-        label=label, p_max_MPa=patch.p_max_MPa, deviations=deviations, patches=patch.pieces, lobes=tuple(lobes)
+        label=label, p_max_MPa=patch.p_max_MPa, deviations=deviations, patches=patch.patch_count, lobes=tuple(lobes)
     )
 
 

@@ -110,5 +110,5 @@ def iterate_notes(placement: Placement, comparison: Comparison) -> Iterator[str]
             "the contact point is at a curvature junction: the deviations are for Hertz with the curvature of the field"
             " side; the verdict is the worse verdict of both sides"
         )
-    if (patch_count := comparison.patch.pieces) > 1:
+    if (patch_count := comparison.patch.patch_count) > 1:
         yield f"the contact has {patch_count} separate patches; Hertz has a single ellipse at the first contact point"

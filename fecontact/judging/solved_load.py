@@ -427,7 +427,7 @@ def estimate_irreducible_uncertainties(
     """
     measured, uncertainty_by_name = read_rung(level.fe), {}
     quality = SolutionQuality(
-        shared=read_patch(level.fe).pieces > 1,
+        shared=read_patch(level.fe).patch_count > 1,
         more_nodes=level.more_nodes,
         joined_share=compute_peak_lobe_share(level.fe),
         turned_force=level.turned_force,
@@ -542,7 +542,7 @@ def read_quality(levels: Sequence[Level]) -> SolutionQuality:
         residual=finest.fe.residual,
         compliance_error=finest.compliance_error,
         parting=any(is_barely_separate(level.fe) for level in levels),
-        shared=read_patch(finest.fe).pieces > 1,
+        shared=read_patch(finest.fe).patch_count > 1,
         skew=compute_skewness(finest.fe),
         more_nodes=finest.more_nodes,
         joined_share=compute_peak_lobe_share(finest.fe),

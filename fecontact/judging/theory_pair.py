@@ -64,7 +64,7 @@ def evaluate_pressure(theory: TheoryContact, x: Floats, s: Floats) -> Floats:
     ----------
     theory
         Contact by a theory.
-    x (n,), s (m,)
+    x, s : ndarrays of shapes (n,), (m,)
         Places along and across in mm.
 
     Returns

@@ -371,7 +371,7 @@ class Judgement:
         return ellipse
 
     @property
-    def limit_used(self) -> float:
+    def limit_utilisation(self) -> float:
         """Largest limit utilisation of all judged measures (-); above 1 the theory fails."""
         return float(np.max([abs(self.deviation[name]) / limit for name, limit in self.limits.items()]))
 

@@ -73,7 +73,7 @@ class LoadVerdict:
         """
         sides = judged_load.sides.values() if judged_load.plastic is None else (judged_load.plastic.deciding,)
         # NaN on a single side is NaN on the worst side.
-        excess, lowest, highest = np.max([(side.limit_used, *side.limit_range) for side in sides], axis=0) - 1.0
+        excess, lowest, highest = np.max([(side.limit_utilisation, *side.limit_range) for side in sides], axis=0) - 1.0
         return cls(
             load_N=judged_load.load_N,
             answer=judged_load.verdict.answer,

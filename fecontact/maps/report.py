@@ -194,7 +194,7 @@ def _build_details(
         for name, cell, placement in zip(cells, applicability_map.cells, placements, strict=True)
         if cell.judged is not None and placement is not None
     }
-    names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_used)[:picture_count]
+    names_with_picture = sorted(loads, key=lambda name: -loads[name][0].limit_utilisation)[:picture_count]
     for (name, (title, *parts)), cell in zip(cells.items(), applicability_map.cells, strict=True):
         if name in names_with_picture:
             content = pictures.get((cell.lateral_shift_mm, cell.load_N)) or draw_cell_picture(*loads[name])
@@ -317,7 +317,7 @@ def _describe_load(load: JudgedLoad) -> list[str]:
     """Table cells of a judged load."""
     unknowns = str(sum(load.level.degrees_of_freedom.values()))
     cheapest = cheapest_words(cheapest_columns("cheapest_theory", find_cheapest_of_load(load)))
-    utilisation = load.limit_used if load.plastic is None else load.plastic.deciding.limit_used
+    utilisation = load.limit_utilisation if load.plastic is None else load.plastic.deciding.limit_utilisation
     return [f"{utilisation:.2f}", verdict_reason(load), unknowns, cheapest]
 
 
@@ -333,7 +333,7 @@ _SHARE_COLUMNS = (
     number_column("cheapest\ncells", "cheapest_cells", "{:.0f}"),
     number_column("cheapest\n%", "cheapest_percent", "{:.0f}"),
     number_column("out of\nrange", "out_of_range_cells", "{:.0f}"),
-    number_column("largest\nlimit\nutilisation", "largest_limit_used", "{:.2f}"),
+    number_column("largest\nlimit\nutilisation", "largest_limit_utilisation", "{:.2f}"),
     number_column("holds\n%", "holds_percent", "{:.0f}"),
 )
 

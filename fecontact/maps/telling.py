@@ -13,7 +13,7 @@ from fecontact.judging.measures import read_theory_measures
 from fecontact.judging.readings import LawReadingView
 from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition
-from fecontact.outputs.alone import SIZE_MEASURES, ellipse_columns, touch_point_columns
+from fecontact.outputs.alone import SIZE_MEASURES, contact_point_columns, ellipse_columns
 from fecontact.outputs.case_words import roll_words
 from fecontact.outputs.flat_records import Record, flatten, select_attributes
 from fecontact.outputs.records.cheapest import (
@@ -301,7 +301,7 @@ def count_theory_shares(applicability_map: ApplicabilityMap) -> list[Record]:
     records: list[Record] = []
     for name in (name for name in THEORIES if any(name in judgements for judgements in judgements_by_cell)):
         utilisations = [
-            judgements[name].limit_used
+            judgements[name].limit_utilisation
             for judgements, answer in zip(judgements_by_cell, answers, strict=False)
             if answer == name
         ]
@@ -311,7 +311,7 @@ def count_theory_shares(applicability_map: ApplicabilityMap) -> list[Record]:
                 **select_attributes(THEORIES[name], "words cost"),
                 **build_count_columns("cheapest", len(utilisations)),
                 "out_of_range_cells": sum(theory.label == name and theory.out_of_range for theory in cheapest_theories),
-                "largest_limit_used": max(utilisations, default=None),
+                "largest_limit_utilisation": max(utilisations, default=None),
                 **build_count_columns(
                     "holds",
                     sum(
@@ -362,7 +362,7 @@ def build_contact_row(cell: MapCell, placement: Placement | None) -> Record:
         **_build_centre_columns(
             "fe", placement, (load.comparison.patch.centre_x_mm, load.comparison.patch.centre_y_mm)
         ),
-        "touch_points": len(placement.touch_points),
+        "contact_points": len(placement.contact_points),
     }
     theory_contact = cheapest.made if cheapest.answer == "HOLDS" else None
     if theory_contact is not None:
@@ -373,7 +373,7 @@ def build_contact_row(cell: MapCell, placement: Placement | None) -> Record:
         }
         for number, patch in enumerate(theory_contact.patches, start=1):
             row |= flatten({f"patch{number}": _build_patch_columns(patch, placement, theory_contact.normal_force_N)})
-    return row | touch_point_columns(placement, _build_spring_columns(load, placement))
+    return row | contact_point_columns(placement, _build_spring_columns(load, placement))
 
 
 def _build_centre_columns(prefix: str, placement: Placement, centre_mm: tuple[float, float]) -> Record:
@@ -405,5 +405,5 @@ def _build_spring_columns(load: JudgedLoad, placement: Placement) -> dict[int, R
         return {}
     judgement = load.judgements.get(MULTI_HERTZ, load.judgements[HERTZ])
     patches = () if judgement.approximation is None else judgement.approximation.patches
-    ellipses = {patch.touch_point or 0: patch.hertz for patch in patches}
-    return {number: ellipse_columns(ellipses.get(number)) for number in range(len(placement.touch_points))}
+    ellipses = {patch.contact_point_number or 0: patch.hertz for patch in patches}
+    return {number: ellipse_columns(ellipses.get(number)) for number in range(len(placement.contact_points))}

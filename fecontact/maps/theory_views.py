@@ -76,7 +76,7 @@ def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
         marks={name: (THEORIES[name].letter, colour) for name, colour in zip(names, colours, strict=False)},
         note=f"{title}, with its limit utilisation",
         number="limit utilisation;\nabove 1 the theory does not hold",
-        of=lambda _, judged_names: format_utilisation(judged_names.limit_used),
+        of=lambda _, judged_names: format_utilisation(judged_names.limit_utilisation),
         in_range=applicability_map.case.criteria.theories_in_range,
     )
     return build_law_view(applicability_map, theories)

@@ -338,7 +338,7 @@ def _build_feature_cell(cell: MapCell, verdicts: VerdictReadingView) -> CellView
         return _build_cell_view(cell, "failed", "!", "", "")
     letter, utilisation = (
         verdicts.causes.get(judgement.verdict.cause or "", ("", ""))[0],
-        format_utilisation(judgement.limit_used),
+        format_utilisation(judgement.limit_utilisation),
     )
     return _build_cell_view(cell, judgement.verdict.answer, utilisation, letter, f"{letter or ' '}{utilisation:>6}")
 
@@ -387,5 +387,5 @@ def _format_number(judgement: JudgedLoad | Judgement) -> str:
     The limit of load on separate patches is close to zero, so its utilisation says little.
     """
     if judgement.verdict.measure != SEPARATE_LOAD or judgement.verdict.answer == "HOLDS":
-        return format_utilisation(judgement.limit_used)
+        return format_utilisation(judgement.limit_utilisation)
     return f"{1e2 * judgement.deviation[SEPARATE_LOAD]:.2g}%"

@@ -58,7 +58,7 @@ def table_row(line: ContactTableRow) -> Record:
     hertz, strips, springs = line.hertz, line.strips, line.points
     row |= {
         "roll_mrad": 1e3 * compute_roll(line.case, line.placement),
-        "touch_points": len(line.placement.touch_points),
+        "contact_points": len(line.placement.contact_points),
         **cheapest_columns("cheapest_theory", line.cheapest),
     }
     if hertz is not None:
@@ -67,7 +67,7 @@ def table_row(line: ContactTableRow) -> Record:
         )
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
     if springs is not None:
-        first_note = next(point.whole_note for point in reversed(springs.points) if point.touch_point == 0)
+        first_note = next(point.whole_note for point in reversed(springs.points) if point.contact_point_number == 0)
         row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first_note, *springs.shared_notes])))
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
@@ -81,9 +81,9 @@ def table_row(line: ContactTableRow) -> Record:
         }
     if springs is not None:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
-    return row | touch_point_columns(
+    return row | contact_point_columns(
         line.placement,
-        {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["touch_points"])},
+        {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["contact_points"])},
     )
 
 
@@ -103,7 +103,7 @@ def _strip_patch_columns(placement: Placement, strips: TheoryContact) -> Record:
     return columns
 
 
-def touch_point_columns(placement: Placement, springs: Mapping[int, Record]) -> Record:
+def contact_point_columns(placement: Placement, springs: Mapping[int, Record]) -> Record:
     """Columns of all touch points, numbered from 1.
 
     Parameters
@@ -118,11 +118,11 @@ def touch_point_columns(placement: Placement, springs: Mapping[int, Record]) -> 
     Record
         Columns of all touch points, each with the columns of its spring.
     """
-    touch_points = enumerate(placement.touch_points)
+    contact_points = enumerate(placement.contact_points)
     return flatten(
         {
             f"touch{touch_index + 1}": touch_columns(placement, touch) | springs.get(touch_index, {})
-            for touch_index, touch in touch_points
+            for touch_index, touch in contact_points
         }
     )
 
@@ -133,7 +133,7 @@ def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Re
     The ellipse has the force that this touch point takes as one of several springs.
     """
     springs = (
-        [point for point in points.points if point.touch_point == touch_index and point.side != "gauge"]
+        [point for point in points.points if point.contact_point_number == touch_index and point.side != "gauge"]
         if points
         else []
     )
@@ -209,7 +209,7 @@ _COLUMNS = (
     number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
     number_column("load\nkN", "load_kN"),
     number_column("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
-    number_column("points", "touch_points", "{:.0f}", rank=1, name="points"),
+    number_column("points", "contact_points", "{:.0f}", rank=1, name="points"),
     number_column("Hertz\np_max MPa", "hertz_p_max_MPa", "{:.0f}"),
     number_column("strips\np_max MPa", "strip_p_max_MPa", "{:.0f}"),
     number_column("area\nmm²", "strip_area_mm2", "{:.1f}", rank=6, name="area"),

@@ -18,8 +18,8 @@ from fecontact.outputs.cases import (
     plastic_tables,
     theories_table,
 )
-from fecontact.outputs.hertz_terminal import touch_point_table
-from fecontact.outputs.own_profiles import pair_geometry_lines
+from fecontact.outputs.hertz_terminal import contact_point_table
+from fecontact.outputs.pair_geometry import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import elastic_record, requested_record
 from fecontact.outputs.records.theory_records import judged_theories
@@ -118,8 +118,8 @@ def _theory_lines(record: TableRecord) -> Iterator[str]:
 
 def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     """Iterate over all further parts on a case."""
-    if "touch_points" in record:
-        yield touch_point_table(record)
+    if "contact_points" in record:
+        yield contact_point_table(record)
     judged = judged_theories(record)
     for name in (name for name in HERTZ_OF_EACH_SIDE if name in judged):
         side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
@@ -160,7 +160,7 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
 def _mesh_lines(record: TableRecord) -> Iterator[str]:
     """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals."""
     elements, solver = record["elements"], record["solver"]
-    yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_a_semi_axis'])}"
+    yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_per_semi_axis'])}"
     yield (
         f"not judged: L2 difference of the pressures {1e2 * record['pressure_l2']:.1f} %, overlap of the"
         f" patches {record['overlap']:.3f}"
@@ -198,12 +198,12 @@ def _status_word(answer: str) -> str:
     return "undecided" if answer == "UNRESOLVED" else "decided"
 
 
-def refinement(elements_a_semi_axis: Sequence[float]) -> str:
+def refinement(elements_per_semi_axis: Sequence[float]) -> str:
     """Text on the meshes by their elements per semi-axis, and on the refinements.
 
     Parameters
     ----------
-    elements_a_semi_axis
+    elements_per_semi_axis
         Elements per semi-axis of each mesh, the finest first, at least two.
 
     Returns
@@ -217,7 +217,7 @@ def refinement(elements_a_semi_axis: Sequence[float]) -> str:
     >>> refinement([8.0, 4.0])
     '2 meshes of 8.0 and 4.0 elements per semi-axis, not refined'
     """
-    elements, refinements = [f"{count:.1f}" for count in elements_a_semi_axis], len(elements_a_semi_axis) - 2
+    elements, refinements = [f"{count:.1f}" for count in elements_per_semi_axis], len(elements_per_semi_axis) - 2
     refined = (
         ("not refined", "refined once", "refined twice")[refinements]
         if refinements < 3

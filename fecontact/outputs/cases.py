@@ -136,7 +136,7 @@ _EFFORT_COLUMNS = (
 _PEAKS = (
     number_column("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
     number_column("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number_column("limit utilisation", "verdict_limit_used", "{:.2f}"),
+    number_column("limit utilisation", "verdict_limit_utilisation", "{:.2f}"),
 )
 
 
@@ -327,7 +327,7 @@ _THEORY_COLUMNS = (
     text_column("theory", lambda theory: THEORIES[theory["name"]].words),
     number_column("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
     number_column("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
-    number_column("limit\nutilisation", "limit_used", "{:.2f}", none=""),
+    number_column("limit\nutilisation", "limit_utilisation", "{:.2f}", none=""),
     text_column(
         "deciding measure",
         lambda theory: theory.get("problem") or MEASURE_WORDS[theory["verdict"]["measure"]].name,
@@ -403,8 +403,10 @@ def peaks_table(record: TableRecord) -> Table:
     Table
         Table with a row for each peak.
     """
-    peaks, pieces = record["fe"]["lobes"], record["fe"]["pieces"]
-    counts = f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {pieces} {'patch' if pieces == 1 else 'patches'}"
+    peaks, patches = record["fe"]["lobes"], record["fe"]["patch_count"]
+    counts = (
+        f"{len(peaks)} {'lobe' if len(peaks) == 1 else 'lobes'}, {patches} {'patch' if patches == 1 else 'patches'}"
+    )
     return make_table(counts, _PEAK_COLUMNS, [{**peak, "number": place} for place, peak in enumerate(peaks, start=1)])
 
 
@@ -572,7 +574,7 @@ def solver_table(cases: Sequence[ReportedCase]) -> Table:
     for case in cases:
         solver = case.record.get("solver", {})
         residuals = {name: solver.get(name) for name in _RESIDUALS}
-        elements, path = solver.get("elements_a_semi_axis", ()), solver.get("path", "-")
+        elements, path = solver.get("elements_per_semi_axis", ()), solver.get("path", "-")
         unknowns = sum(solver["degrees_of_freedom"].values()) if solver else None
         rows.append({**case.row, **residuals, "elements": elements, "path": path, "unknowns": unknowns})
     return make_table("", _SOLVER_COLUMNS, rows)

@@ -35,7 +35,7 @@ _INPUT_NAMES = (
 )
 
 
-def touch_records(placement: Placement) -> Record:
+def contact_point_records(placement: Placement) -> Record:
     """Record of the rigid contact: angle at first touch, and all touch points.
 
     Parameters
@@ -50,11 +50,11 @@ def touch_records(placement: Placement) -> Record:
     """
     return {
         "contact_angle_rad": placement.first.contact_angle_rad,
-        "touch_points": [touch_record(touch) for touch in placement.touch_points],
+        "contact_points": [contact_point_record(touch) for touch in placement.contact_points],
     }
 
 
-def touch_record(touch: ContactPoint) -> Record:
+def contact_point_record(touch: ContactPoint) -> Record:
     """Record of a touch point with its curvatures.
 
     Parameters
@@ -180,7 +180,7 @@ def contact_functions_rows(record: Record) -> list[Record]:
     for position in record["positions"]:
         row = {name: value for name, value in position.items() if name not in ("left", "right")}
         for side in ("left", "right"):
-            for index, touch in enumerate(position.get(side, {}).get("touch_points", ()), start=1):
+            for index, touch in enumerate(position.get(side, {}).get("contact_points", ()), start=1):
                 row |= flatten({f"{side}_touch{index}": touch})
         rows.append(row)
     return rows
@@ -189,13 +189,13 @@ def contact_functions_rows(record: Record) -> list[Record]:
 def _side_record(placement: Placement) -> Record:
     """Record of the touch points of a wheel."""
     return {
-        "touch_points": [
+        "contact_points": [
             {
                 **select_attributes(touch, "rail_y_mm wheel_y_mm"),
                 "ahead_mm": touch.x_mm - float(placement.wheel.point(touch.wheel_y_mm, 0.0, 0.0)[0]),
                 **touch_columns(placement, touch),
             }
-            for touch in placement.touch_points
+            for touch in placement.contact_points
         ],
     }
 
@@ -283,7 +283,7 @@ def _conicity_text(value: float) -> str:
 
 def _side_table(record: TableRecord, side: str) -> Table:
     """Table of a side of the wheelset at each shift, by its first touch point."""
-    placed_rows = [(row, row[side]["touch_points"]) for row in record["positions"] if "problem" not in row]
+    placed_rows = [(row, row[side]["contact_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, convex radii are positive"
     return make_table(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
 

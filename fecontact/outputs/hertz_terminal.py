@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fecontact.outputs.own_profiles import pair_geometry_lines
+from fecontact.outputs.pair_geometry import pair_geometry_lines
 from fecontact.outputs.tables import (
     Table,
     TableRecord,
@@ -14,7 +14,7 @@ from fecontact.outputs.tables import (
 from fecontact.outputs.terminal import OutputLines, note_lines
 
 _ELLIPSE_COLUMNS = (
-    number_column("point", lambda ellipse: ellipse["touch_point"] + 1, "{:.0f}"),
+    number_column("point", lambda ellipse: ellipse["contact_point_number"] + 1, "{:.0f}"),
     text_column("side", "side"),
     number_column("F_n\nkN", "normal_force_N", "{:.3f}", 1e-3),
     number_column("p0\nMPa", "p_max_MPa", "{:.1f}"),
@@ -53,7 +53,7 @@ def hertz_lines(record: TableRecord) -> OutputLines:
         Tables and lines in order.
     """
     yield from pair_geometry_lines(record)
-    yield touch_point_table(record)
+    yield contact_point_table(record)
     yield make_table(
         "Hertz's ellipse at each contact point, under the whole load", _ELLIPSE_COLUMNS, record["ellipses"]
     )
@@ -61,20 +61,21 @@ def hertz_lines(record: TableRecord) -> OutputLines:
         yield _shared_load_text(record["springs"])
     for ellipse in record["ellipses"]:
         if "problem" in ellipse:
-            yield f"point {ellipse['touch_point'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
+            yield f"point {ellipse['contact_point_number'] + 1}, {ellipse['side']} side: {ellipse['problem']}"
     yield from note_lines([*record["notes"], *record["warnings"]])
 
 
 def _shared_load_text(springs: TableRecord) -> str:
     patch_texts = (
-        f"point {patch['touch_point'] + 1} {patch['normal_force_N'] / 1e3:.1f} kN, p0 {patch['p_max_MPa']:.0f} MPa"
+        f"point {patch['contact_point_number'] + 1} {patch['normal_force_N'] / 1e3:.1f} kN,"
+        f" p0 {patch['p_max_MPa']:.0f} MPa"
         for patch in springs["patches"]
     )
     overlap = "; the ellipses overlap, so that they are a single patch" if springs["overlapping"] else ""
     return f"Load shared by parallel springs: {'; '.join(patch_texts)}{overlap}."
 
 
-def touch_point_table(record: TableRecord) -> Table:
+def contact_point_table(record: TableRecord) -> Table:
     """Table of the touch points of the rigid bodies, with the radii there.
 
     At a junction the second side has a separate line without the place.
@@ -82,7 +83,7 @@ def touch_point_table(record: TableRecord) -> Table:
     Parameters
     ----------
     record
-        Record with `touch_points`.
+        Record with `contact_points`.
 
     Returns
     -------
@@ -91,7 +92,7 @@ def touch_point_table(record: TableRecord) -> Table:
     """
     rows = [
         {**({} if is_field_side else {**touch, "point": place}), **curvature}
-        for place, touch in enumerate(record["touch_points"], start=1)
+        for place, touch in enumerate(record["contact_points"], start=1)
         for is_field_side, curvature in enumerate(touch["curvatures"])
     ]
     return make_table("Contact points (convex radii are positive)", _TOUCH_POINT_COLUMNS, rows)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from fecontact.outputs.flat_records import select_attributes
-from fecontact.outputs.geometry import touch_record
-from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
+from fecontact.outputs.geometry import contact_point_record
+from fecontact.outputs.pair_geometry import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.terminal import OutputLines, note_lines
 from fecontact.solving.preview import Preview
@@ -32,7 +32,7 @@ def preview_record(preview: Preview) -> dict[str, Any]:
     return {
         "schema": "fecontact/place/1",
         "case": case_inputs(preview.case, preview.placement),
-        "touch_points": [touch_record(touch) for touch in preview.placement.touch_points],
+        "contact_points": [contact_point_record(touch) for touch in preview.placement.contact_points],
         "hertz": {"p_max_MPa": preview.hertz.p0_MPa, **select_attributes(preview.hertz, "a_mm b_mm")},
         "uncertainty_of_profile": preview.hertz_uncertainty,
         "expected_patch": select_attributes(preview.expected, _EXPECTED_PATCH_ATTRIBUTES),
@@ -81,7 +81,7 @@ def preview_lines(preview: Preview) -> OutputLines:
     """
     yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))
     patch, (dx, ds) = preview.expected, preview.element_size_mm
-    for place, touch in enumerate(preview.placement.touch_points, start=1):
+    for place, touch in enumerate(preview.placement.contact_points, start=1):
         yield (
             f"contact point {place}: rail y {touch.rail_y_mm:+.2f} mm, wheel y {touch.wheel_y_mm:+.2f} mm, contact"
             f" angle {1e3 * touch.contact_angle_rad:+.1f} mrad, gap {1e3 * touch.vertical_gap_mm:.1f} um"

@@ -96,7 +96,7 @@ def read_reported_case(row: RowMapping, folder: Path) -> ReportedCase:
 
 def rows_by_utilisation(rows: Iterable[_Row], count: int) -> list[_Row]:
     """Rows with the largest limit utilisations, in descending order."""
-    return sorted(rows, key=lambda row: -float(row.get("verdict_limit_used") or 0.0))[:count]
+    return sorted(rows, key=lambda row: -float(row.get("verdict_limit_utilisation") or 0.0))[:count]
 
 
 def write_study_report(
@@ -236,7 +236,7 @@ def _drawn_case_text(row: RowMapping, rows: Sequence[RowMapping]) -> str:
     )
     if sum(is_usable_status(other_row) for other_row in rows) < 2:
         return place_text
-    limit_utilisation = row.get("verdict_limit_used")
+    limit_utilisation = row.get("verdict_limit_utilisation")
     utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f})"
     return f"{place_text}, the case with the largest limit utilisation{utilisation_part}"
 

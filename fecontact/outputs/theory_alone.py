@@ -6,7 +6,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import load_offers
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
-from fecontact.outputs.own_profiles import pair_geometry_lines, pair_geometry_record
+from fecontact.outputs.pair_geometry import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs, contact_record, package_versions
 from fecontact.outputs.tables import TableRecord, make_table, number_column, text_column
 from fecontact.outputs.terminal import OutputLines, note_lines

@@ -281,9 +281,8 @@ def cheapest_text(record: Record) -> str:
     }
     deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
     words = theory_words(name, *status)
-    return (
-        f"cheapest theory that holds: {words} ({deviations_text}; limit utilisation {judged_theory['limit_used']:.2f})"
-    )
+    utilisation = f"limit utilisation {judged_theory['limit_utilisation']:.2f}"
+    return f"cheapest theory that holds: {words} ({deviations_text}; {utilisation})"
 
 
 def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
@@ -378,7 +377,7 @@ def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
     """
     measure, hertz = record["verdict"]["measure"], deciding_hertz(record)
     deviation, stated_uncertainty = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
-    uncertainty = estimate_irreducible_uncertainty(measure, deviation, shared=record["fe"]["pieces"] > 1)
+    uncertainty = estimate_irreducible_uncertainty(measure, deviation, shared=record["fe"]["patch_count"] > 1)
     if uncertainty is None:
         return None
     irreducible_uncertainty = uncertainty * (abs(1.0 + deviation) if measure in MEASURES else 1.0)

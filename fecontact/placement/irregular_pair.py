@@ -45,13 +45,13 @@ def lower_on_irregularities(
     """
     deepened = [irregularity.on_wheel(placement.wheel.rolling_radius_mm) for irregularity in irregularities]
     along = PlacedIrregularities(lines=tuple(deepened), distance_mm=distance_mm, middle_x_mm=placement.first.x_mm)
-    points = [touch for smooth in placement.touch_points for touch in _irregular_contact_points(smooth, along)]
+    points = [touch for smooth in placement.contact_points for touch in _irregular_contact_points(smooth, along)]
     points.sort(key=lambda touch: touch.vertical_gap_mm)
     first_gap_mm = points[0].vertical_gap_mm
     near = [touch for touch in points if touch.vertical_gap_mm <= first_gap_mm + TOUCH_REACH_MM]
     return replace(
         placement,
-        touch_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - first_gap_mm) for touch in near),
+        contact_points=tuple(replace(touch, vertical_gap_mm=touch.vertical_gap_mm - first_gap_mm) for touch in near),
         along=replace(along, lowered_mm=first_gap_mm),
     )
 

@@ -613,7 +613,7 @@ def make_contact_points(
 
     Returns
     -------
-    touch_points
+    contact_points
         In the order of the parameters.
     """
     on_wheel, on_rail = wheel.profile.evaluate(u_wheel), rail.profile.evaluate(u_rail)

@@ -79,7 +79,7 @@ class Placement:
     ----------
     rail, wheel
         Poses of both bodies.
-    touch_points
+    contact_points
         Contact points; the first of them carries the rigid wheel.
     climbs
         Whether the wheel touches beyond the steepest place of its flange. Only a lateral force holds it there.
@@ -91,7 +91,7 @@ class Placement:
 
     rail: RailPose
     wheel: WheelPose
-    touch_points: tuple[ContactPoint, ...]
+    contact_points: tuple[ContactPoint, ...]
     climbs: bool = False
     other_climbs: bool = False
     along: PlacedIrregularities | None = None
@@ -114,7 +114,7 @@ class Placement:
     @property
     def first(self) -> ContactPoint:
         """The contact point of the rigid bodies."""
-        return self.touch_points[0]
+        return self.contact_points[0]
 
     @property
     def ahead_mm(self) -> float:
@@ -501,7 +501,7 @@ def place(
     --------
     >>> from fecontact.profiles.library import load_library_profile
     >>> placement = place(load_library_profile("60E1"), load_library_profile("S1002"), inclination_rad=0.025)
-    >>> len(placement.touch_points), round(placement.first.wheel_y_mm, 1)
+    >>> len(placement.contact_points), round(placement.first.wheel_y_mm, 1)
     (2, 3.2)
     """
     pair = set_up_pair(
@@ -603,8 +603,8 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
             " there"
         )
     lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
-    touch_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
-    climbs = is_beyond_flank(lowered.profile, touch_points[0].wheel_y_mm)
-    if reason := find_support_problem(lowered.profile, touch_points[0], climbs=climbs, flange_climb=flange_climb):
+    contact_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
+    climbs = is_beyond_flank(lowered.profile, contact_points[0].wheel_y_mm)
+    if reason := find_support_problem(lowered.profile, contact_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
-    return Placement(rail=rail, wheel=lowered, touch_points=touch_points, climbs=climbs)
+    return Placement(rail=rail, wheel=lowered, contact_points=contact_points, climbs=climbs)

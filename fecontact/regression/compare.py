@@ -43,7 +43,7 @@ _MATCH_COLUMNS = (
 )
 _IRREGULARITY_COLUMNS = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 # Ends of column names: the measure with the largest limit utilisation in a verdict, and that limit utilisation.
-_MEASURE_SUFFIX, _UTILISATION_SUFFIXES = "verdict_measure", ("limit_used", "verdict_limit_used")
+_MEASURE_SUFFIX, _UTILISATION_SUFFIXES = "verdict_measure", ("limit_utilisation", "verdict_limit_utilisation")
 # These are inputs only if the resolution has no name; else they follow from the patch.
 _ELEMENT_SIZE_COLUMNS = ("solver_element_size_mm_x", "solver_element_size_mm_y")
 

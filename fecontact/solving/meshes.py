@@ -699,7 +699,7 @@ class Meshes:
                 levels=tuple(levels),
                 half_space=position.expected.half_space,
                 turned=_solve_with_turned_normals(position),
-                quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_a_semi_axis),
+                quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
                 lines=lines,
                 limits=(
                     *_iterate_limits(position, levels),
@@ -852,7 +852,7 @@ def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str
             f"elements of {size_mm:.2f} mm are only {count:.1f} per semi-axis of the patch ({semi_axis_mm:.2f} mm); use"
             f" at least {_FEWEST_ELEMENTS}, so that the effect of the finite bodies is reliable"
         )
-    rung, requested = position.expected.half_space, position.case.nodes_a_semi_axis
+    rung, requested = position.expected.half_space, position.case.nodes_per_semi_axis
     lengths_and_steps = zip(measure_resolved_lobes_mm(measure_lobe_sizes(rung)), rung.grid.steps_mm, strict=True)
     count, length_mm = min((length_mm / step_mm, length_mm) for length_mm, step_mm in lengths_and_steps)
     # The number of nodes of the case would be too many.

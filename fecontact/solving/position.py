@@ -185,7 +185,7 @@ class Position:
         )
         if not has_junction and read_patch(rung).valley == 0.0:
             return {}
-        nodes = round(_NODE_FACTOR * self.case.nodes_a_semi_axis)
+        nodes = round(_NODE_FACTOR * self.case.nodes_per_semi_axis)
         with clock.step("resolve"), suppress(ConvergenceError):
             return compare_with_more_nodes(rung, solve_on_more_nodes(expected, self.case.load_N, nodes=nodes))
         with clock.step("resolve"), suppress(ConvergenceError):
@@ -317,7 +317,7 @@ def expect_on_half_space(
     expected = find_expected_patch(
         *(true_gap, case.load_N),
         half=case.half,
-        nodes=nodes or case.nodes_a_semi_axis,
+        nodes=nodes or case.nodes_per_semi_axis,
         most=most,
         guess_mm=1.1 * hertz.approach_mm,
         tolerance=tolerance,

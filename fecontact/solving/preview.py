@@ -70,7 +70,7 @@ class Preview:
         return estimate_hertz_uncertainty(self.case, self.placement)
 
     def __repr__(self) -> str:
-        case, point_count = self.case, len(self.placement.touch_points)
+        case, point_count = self.case, len(self.placement.contact_points)
         return (
             f"<Preview {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {case.load_N / 1e3:g} kN:"
             f" {point_count} contact points, Hertz {self.hertz.p0_MPa:.0f} MPa, about {self.cpu_seconds:.0f} s to"
@@ -85,7 +85,7 @@ class Preview:
                 "wheel y in mm": f"{contact_point.wheel_y_mm:.2f}",
                 "contact angle in mrad": f"{1e3 * contact_point.contact_angle_rad:.1f}",
             }
-            for number, contact_point in enumerate(self.placement.touch_points, start=1)
+            for number, contact_point in enumerate(self.placement.contact_points, start=1)
         }
         import pandas
 

@@ -234,7 +234,7 @@ def test_hertzs_own_pressure_gives_hertzs_forces():
     assert judged_hertz.deviation == {FORCE_MEASURE: worst.deviation_of_muN}
     assert judged_hertz.uncertainty == {FORCE_MEASURE: worst.uncertainty_of_muN}
     assert judged_hertz.limits == {FORCE_MEASURE: 0.05}
-    assert judged_hertz.limit_used == worst.deviation_of_muN / 0.05
+    assert judged_hertz.limit_utilisation == worst.deviation_of_muN / 0.05
     assert judged_hertz.verdict.cause is None
     assert comparison.limit_N == pytest.approx(0.3 * 100e3, rel=1e-9)
 
@@ -445,11 +445,11 @@ def test_a_force_is_judged_by_the_worst_of_its_creepages():
             {FORCE_MEASURE: 0.08},
             {FORCE_MEASURE: 0.01},
         )
-        assert force_judgement.limit_used == 0.08 / 0.05
+        assert force_judgement.limit_utilisation == 0.08 / 0.05
     # one that could not be told leaves open what the others do not decide
     unknown = ForceDeviation(creepages=Creepages(), deviation_of_muN=math.nan, uncertainty_of_muN=math.nan)
     assert judge_force([ats[0], unknown], 0.05).verdict.answer == "UNRESOLVED"
-    assert math.isnan(judge_force([ats[0], unknown], 0.05).limit_used)
+    assert math.isnan(judge_force([ats[0], unknown], 0.05).limit_utilisation)
     assert judge_force(ats, 0.05, usable=False).verdict.answer == "UNRESOLVED"
 
 
@@ -484,7 +484,7 @@ def test_theories_are_held_against_the_exact_one_on_the_real_patch(few_creepages
     assert laws["polach"].verdict.answer == "FAILS"
 
 
-def test_ellipses_at_two_touch_points_are_right_on_two_patches(few_creepages):
+def test_ellipses_at_two_contact_points_are_right_on_two_patches(few_creepages):
     offset_mm = 14.0
     case = replace(ROUND, creep=Creep(friction=0.3, spin_per_mm=1e-4))
     load, placement = judged(case, moved_mm=offset_mm, lobes=2), placement_of(ROUND)

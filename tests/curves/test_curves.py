@@ -934,7 +934,7 @@ def test_nadals_limit():
 
 
 @pytest.mark.slow
-def test_springs_at_touch_points_have_no_equilibrium_at_some_radii_which_stands_first(tmp_path, capsys):
+def test_springs_at_contact_points_have_no_equilibrium_at_some_radii_which_stands_first(tmp_path, capsys):
     arguments = ["curve", "--vehicle", "wheelset", "--radii", "10000,5000,1000,500", "--theory", "multi_hertz,overlap"]
     assert call([*arguments, "--out", str(tmp_path)]) == 3
     first, *lines = capsys.readouterr().out.splitlines()

@@ -105,7 +105,7 @@ def test_a_row_a_position_with_weights_that_sum_to_one(fleet):
     assert lines == {("S1002", "60E1"): 1, ("S1002", "rail"): 2, ("wheel", "60E1"): 2, ("wheel", "rail"): 2}
     assert set(rows.loc[rows["lines"] == 2, "verdict"]) <= {"HOLDS", "FAILS", "OPEN"}
     for row in rows.itertuples():
-        assert (row.verdict == "HOLDS") == (row.lines_holding == row.lines)
+        assert (row.verdict == "HOLDS") == (row.variants_holding == row.lines)
 
 
 def test_positions_of_a_table_have_the_rows_of_shifts_and_loads(fleet, tmp_path):
@@ -369,7 +369,7 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
     assert make_position_row([line, line])["verdict"] == "HOLDS"
     row = make_position_row([line, far])
-    assert (row["verdict"], row["cause"], row["lines_holding"], row["cheapest_theory"]) == (
+    assert (row["verdict"], row["cause"], row["variants_holding"], row["cheapest_theory"]) == (
         "OPEN",
         "profile",
         1,
@@ -378,7 +378,7 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
     assert make_position_row([far, far])["verdict"] == "FAILS"
     assert make_position_row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
-    assert make_position_row([far, line])["lines_holding"] == 1
+    assert make_position_row([far, line])["variants_holding"] == 1
 
 
 def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):

@@ -245,7 +245,7 @@ def test_a_circle_has_a_third_of_both_curvatures_in_its_peak():
 def test_a_rounded_flat_is_two_contacts_in_its_middle_and_eq_6_loses_it_on_the_flank():
     wheel_flat = Irregularity(kind="haversine", length_mm=40.0, depth_mm=0.434783)
     middle, flank = (judge_place(PAIR, FORCE, wheel_flat, s) for s in (0.0, 10.0))
-    assert middle.truth.patch.pieces == 2
+    assert middle.truth.patch.patch_count == 2
     assert middle.truth.approach_mm == pytest.approx(0.278 + HERTZ.approach_mm, rel=2e-3)
     assert flank.truth.approach_mm == pytest.approx(0.0982 + HERTZ.approach_mm, rel=2e-3)
     assert flank.models["eq6"].force_N == 0.0
@@ -451,10 +451,10 @@ def test_the_half_space_of_a_case_has_the_irregularity_in_its_gap(line, distance
     assert measure_patch(rung.pressure).p_max_MPa == pytest.approx(peak, rel=1e-3)
 
 
-def test_touch_points_and_hertz_follow_gap_and_irregularity():
+def test_contact_points_and_hertz_follow_gap_and_irregularity():
     two = place_case(irregular_case(sine(30.0, 0.100)))
     touches = make_irregular_place(PAIR, FORCE, sine(30.0, 0.100), 0.0).touches
-    assert sorted(touch.x_mm for touch in two.touch_points) == pytest.approx(
+    assert sorted(touch.x_mm for touch in two.contact_points) == pytest.approx(
         sorted(touch.x_mm for touch in touches[:2]), rel=1e-5
     )
     assert two.along.lowered_mm == pytest.approx(touches[0].gap_mm, abs=1e-6)

@@ -1118,7 +1118,7 @@ def test_map_of_one_cell_is_drawn_as_png(tmp_path):
     assert (limit["F_max_N"], limit["reason"]) == (None, None)
     row = build_cell_row(one_cell_map.cells[0], one_cell_map.positions[0].placement)
     assert row["verdict_answer"] == "HOLDS"
-    assert row["touch_points"] == 1
+    assert row["contact_points"] == 1
 
 
 def test_map_table_has_a_line_for_each_position(fresh):
@@ -1327,7 +1327,7 @@ def test_the_report_of_a_map_says_limits_and_cells_beside_its_png(tmp_path):
     assert [line[:3] for line in lines] == [
         [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", cell.verdict] for cell in map_made.cells
     ]
-    assert [line[3] for line in lines] == [f"{cell.judged.limit_used:.2f}" for cell in map_made.cells]
+    assert [line[3] for line in lines] == [f"{cell.judged.limit_utilisation:.2f}" for cell in map_made.cells]
     # two maps, section, ladder, patches, and each cell; none from elsewhere
     assert [image.get("src").partition(";")[0] for image in page.iter("img")] == [
         *["data:image/svg+xml"] * 4, *["data:image/webp"] * (1 + len(map_made.cells)),
@@ -1856,7 +1856,7 @@ def test_a_placement_comes_back_to_the_last_bit_without_a_search(case, monkeypat
     for body in ("rail", "wheel"):
         fields = {k: v for k, v in vars(getattr(placement, body)).items() if k != "profile"}
         assert all(is_equal(getattr(getattr(placement_read, body), k), v) for k, v in fields.items())
-    assert is_equal(placement_read.touch_points, placement.touch_points)
+    assert is_equal(placement_read.contact_points, placement.contact_points)
     x = np.linspace(-3.0, 3.0, 7)
     np.testing.assert_array_equal(placement_read.gap(x[:, None], x[None, :]), placement.gap(x[:, None], x[None, :]))
 
@@ -1875,7 +1875,7 @@ def test_a_map_s_folder_is_read_as_it_was_made(whole_map):
     # whole objects: fields and placements as well
     cell, kept_cell = map_read.cells[9], map_kept.cells[9]
     assert is_equal(cell.judged.solved.levels, kept_cell.judged.solved.levels)
-    assert is_equal(map_read.positions[2].placement.touch_points, map_kept.positions[2].placement.touch_points)
+    assert is_equal(map_read.positions[2].placement.contact_points, map_kept.positions[2].placement.contact_points)
 
 
 def test_a_folder_without_results_is_refused(tmp_path):
@@ -2245,7 +2245,7 @@ def meshes(monkeypatch):
     return FakeMeshes.made
 
 
-def elements_a_semi_axis(solved_load):
+def elements_per_semi_axis(solved_load):
     """Elements on the narrowest semi-axis of a load, the smaller number of both directions."""
     on, position = solved_load
     expected = position.expected
@@ -2292,10 +2292,10 @@ def test_planned_loads_share_meshes_with_enough_elements_for_each(meshes):
     for load_N, solved_load in solved_loads.items():
         assert solved_load[1].case.load_N == load_N
         # on the case's own meshes what it asks for, and 2.7 on the coarser ones
-        assert elements_a_semi_axis(solved_load) >= 4.0
-        assert elements_a_semi_axis(solved_load) / MESH_RATIO >= 4.0 / 1.5
+        assert elements_per_semi_axis(solved_load) >= 4.0
+        assert elements_per_semi_axis(solved_load) / MESH_RATIO >= 4.0 / 1.5
     # and not many more than the largest needs
-    assert elements_a_semi_axis(solved_loads[150e3]) < 1.5 * 4.25
+    assert elements_per_semi_axis(solved_loads[150e3]) < 1.5 * 4.25
     # the kept meshes serve a load that comes back
     assert sweep.solve(100e3)[0] is meshes[0]
     sweep.close()
@@ -2310,7 +2310,7 @@ def test_an_unplanned_load_goes_to_the_smallest_meshes_that_have_its_elements(me
     assert on is meshes[0]
     assert len(meshes) == 1
     # below all planned ones there are too few elements
-    assert elements_a_semi_axis(sweep.solve(20e3)) >= 4.0
+    assert elements_per_semi_axis(sweep.solve(20e3)) >= 4.0
     assert groups_N(sweep) == (150e3, 50e3)
     # above all of them the patch is larger
     on, _ = sweep.solve(200e3)
@@ -2326,7 +2326,7 @@ def test_meshes_for_a_load_between_two_planned_ones_serve_all_that_lies_between_
     solved_loads = [sweep.solve(load_N) for load_N in (30e3, 49e3, 21e3, 35e3, 50e3, 20.1e3)]
     assert groups_N(sweep) == (150e3, 20e3, 50e3)
     assert {on for on, _ in solved_loads} == {meshes[2]}
-    assert all(elements_a_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
+    assert all(elements_per_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
     # those of the load below stay its own, with fewer elements
     assert sweep.solve(20e3)[0] is meshes[1]
 
@@ -2338,7 +2338,7 @@ def test_meshes_for_a_wide_gap_have_the_elements_of_the_load_that_is_there(meshe
     """
     sweep = LoadSweep(QUICK, LOADS)
     solved_loads = [sweep.solve(load_N) for load_N in (150e3, 10e3, 30e3, 40e3, 15e3)]
-    assert all(elements_a_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
+    assert all(elements_per_semi_axis(solved_load) >= 4.0 for solved_load in solved_loads)
     assert groups_N(sweep) == (150e3, 10e3, 50e3, 50e3)
     assert solved_loads[3][0] is meshes[2]
 

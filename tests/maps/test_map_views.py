@@ -101,7 +101,7 @@ def test_a_map_of_any_theory(base_map):
     assert [cell.diamond for cell in cells_of(hertz)] == [False, True, False]
     assert not any(cell.diamond for cell in cells_of(springs))
     judgement = base_map.cells[1].judged.judgements[MULTI_HERTZ]
-    assert cells_of(springs)[1].text == f"{judgement.limit_used:.2f}"
+    assert cells_of(springs)[1].text == f"{judgement.limit_utilisation:.2f}"
     assert cells_of(springs)[1].printed.split() == ["+", f"{1e2 * judgement.deviation['p_max_MPa']:+.1f}"]
     assert [column.limit for column in springs.columns] == ["holds 50 kN", "holds 50 kN", "failed: no memory"]
     assert "Hertz is shown where the theory is undefined" in springs.notes
@@ -238,8 +238,8 @@ def test_the_shares_of_theories(base_map):
         "failed": 1,
     }
     assert sum(share_record["cheapest_percent"] for share_record in shares.values()) == pytest.approx(100.0)
-    utilisation = base_map.cells[1].judged.judgements[MULTI_HERTZ].limit_used
-    assert shares[MULTI_HERTZ]["largest_limit_used"] == utilisation < 1.0
+    utilisation = base_map.cells[1].judged.judgements[MULTI_HERTZ].limit_utilisation
+    assert shares[MULTI_HERTZ]["largest_limit_utilisation"] == utilisation < 1.0
     # springs say nothing of their own at the first position; the half-space, which stands for the elements, holds twice
     assert (shares[HERTZ]["holds_cells"], shares[MULTI_HERTZ]["holds_cells"], shares["half_space"]["holds_cells"]) == (
         *(1, 1),

@@ -297,7 +297,7 @@ def test_a_map_is_matched_by_shift_and_load(tmp_path, capsys):
 def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
     cells = [{"lateral_shift_mm": 0.0, "load_kN": at, "status": "converged", "fe_area_mm2": 120.0} for at in (50, 100)]
     (tmp_path / "map").mkdir()
-    write_csv([cell | {"fe_pieces": 1} for cell in cells], tmp_path / "map" / "map.csv")
+    write_csv([cell | {"fe_patch_count": 1} for cell in cells], tmp_path / "map" / "map.csv")
     study = write_study(tmp_path / "study", [position_row(0.0, 50.0), position_row(0.0, 100.0, fe_area_mm2=132.0)])
     err = refuse_comparison(capsys, tmp_path / "map", study)
     assert "no case in common" in err
@@ -310,7 +310,7 @@ def test_a_map_is_compared_with_a_study_by_shift_and_load(tmp_path, capsys):
             ("fe_area_mm2", "lateral_shift_mm 0, load_kN 100")
         ]
         one_sided = {name for names in comparison.one_sided.values() for name in names}
-        assert one_sided == {"fe_pieces", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
+        assert one_sided == {"fe_patch_count", "rail", "wheel", "roll_mrad", "resolution", "fe_p_max_MPa"}
     # without the shift a map has each load once for each shift
     write_csv([*cells, cells[0] | {"lateral_shift_mm": 1.0}], tmp_path / "map" / "map.csv")
     err = refuse_comparison(capsys, tmp_path / "map", study, "--match", "load")

@@ -168,7 +168,7 @@ def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> 
     wheel, rail = load.case.wheel_material, load.case.rail_material
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):
         yield "wheel and rail have different elastic constants: the effect of the pressure on the slip is neglected"
-    if read_patch(load.fe).pieces > 1:
+    if read_patch(load.fe).patch_count > 1:
         yield (
             "the contact has separate patches: laws for a single ellipse use the ellipse of the second moments of all"
             " patches"

@@ -275,7 +275,7 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> ForceJudgement:
     judgement = rolling.judge_largest_deviations(
         partial(deviation, SCREENING_THEORY), (partial(deviation, DECIDING_THEORY), 0.0)
     )
-    if not judgement.limit_used > 1.0:
+    if not judgement.limit_utilisation > 1.0:
         return judgement
     return replace(judgement, verdict=replace(judgement.verdict, cause=_find_cause(rolling, judgement.decided[0])))
 

@@ -178,7 +178,7 @@ def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
             ),
             default=math.nan,
         ),
-        "lines_holding": answers.count("HOLDS"),
+        "variants_holding": answers.count("HOLDS"),
         "lines": len(variants),
         "cause": None if verdict == "HOLDS" else _find_cause(verdict, answers, variants[0], contact),
         "cheapest_theory": _find_cheapest_theory(variants, answers),
@@ -230,7 +230,7 @@ def _describe_patch_geometry(placement: Placement, contact: TheoryContact) -> Pa
         curvature_variation=math.nan,
         normal_turn_rad=float(np.ptp(placement.rail.section(u)[2])),
         lobes=len(peaks),
-        pieces=len(contact.patches),
+        patch_count=len(contact.patches),
     )
 
 

@@ -129,7 +129,7 @@ class ScreeningPair:
         if reasons := [reason for reason in outcomes if isinstance(reason, str)]:
             return [key | make_refusal_columns(reasons[0]) for key in keys]
         touch = placements[0].first
-        place = {"place_y_mm": float(touch.rail_y_mm), "touch_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
+        place = {"place_y_mm": float(touch.rail_y_mm), "contact_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
         return [key | place | self._screen_load(shift, key["load_kN"], placements) for key in keys]
 
     def _screen_load(self, shift: float, load_kN: float, placements: Sequence[Placement]) -> Row:

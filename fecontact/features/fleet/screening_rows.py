@@ -20,7 +20,7 @@ Values are in percent of the screening's value, of Hertz's b, of the peak or of 
 """
 _PLACE_COLUMNS = (
     "place_y_mm",
-    "touch_angle_mrad",
+    "contact_angle_mrad",
     "conicity",
     "contact_concentration",
     "hertz_p_max_MPa",
@@ -29,7 +29,7 @@ _PLACE_COLUMNS = (
 NUMBERS = (
     *("shift_mm", "load_kN", *_PLACE_COLUMNS),
     *(f"{name}_{what}" for name in MEASURE_COLUMNS.values() for what in ("percent", "uncertainty_percent")),
-    *("margin", "lines_holding", "lines"),
+    *("margin", "variants_holding", "lines"),
 )
 TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")
 Row = dict[str, Any]

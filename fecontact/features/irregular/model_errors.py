@@ -320,7 +320,7 @@ class Cell:
         Largest errors over all places, by name; empty if the half-space has no solution, see `problem`.
     p_max_MPa
         Largest peak of the half-space over all places.
-    pieces
+    patch_count
         Largest number of patches at a place.
     residual
         Largest residual of all solutions.
@@ -332,7 +332,7 @@ class Cell:
     amplitude_mm: float
     models: Mapping[str, ModelErrors]
     p_max_MPa: float = np.nan
-    pieces: int = 0
+    patch_count: int = 0
     residual: float = np.nan
     problem: str = ""
 
@@ -364,7 +364,7 @@ def judge_cell(pair: SmoothBodies, normal_force_N: float, wavelength_mm: float, 
         amplitude_mm=amplitude_mm,
         models={name: find_largest_errors(name, places) for name in MODELS},
         p_max_MPa=max(place.truth.patch.p_max_MPa for place in places),
-        pieces=max(place.truth.patch.pieces for place in places),
+        patch_count=max(place.truth.patch.patch_count for place in places),
         residual=max(place.truth.residual for place in places),
     )
 

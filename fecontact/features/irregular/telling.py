@@ -159,7 +159,7 @@ def _make_cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
         "models": models,
         # models are in the order of their cost
         "cheapest": next((name for name, model in models.items() if model["holds"]), None),
-        **_pick_finite(cell, "p_max_MPa pieces residual"),
+        **_pick_finite(cell, "p_max_MPa patch_count residual"),
         "problem": cell.problem or None,
     }
 
@@ -229,7 +229,7 @@ def _make_place_record(
         "load_N": smooth.hertz.normal_force_N,
         **select_attributes(place.truth, "approach_mm p_max_MPa residual"),
     }
-    return record | select_attributes(place.truth.patch, "area_mm2 pieces") | {"models": models, "problem": None}
+    return record | select_attributes(place.truth.patch, "area_mm2 patch_count") | {"models": models, "problem": None}
 
 
 def _make_worst_record(name: str, places: Mapping[float, JudgedPlace], limit: float) -> Record:

@@ -287,6 +287,6 @@ def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -
     for number, lobe in enumerate(numbered_lobes(load), start=1):
         lobe_words = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
         lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {lobe_words}")
-    lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.pieces}")
+    lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.patch_count}")
     lines.append(f"status: {load.status}")
     return "\n".join(lines)

@@ -91,7 +91,7 @@ def draw_section(ax: Axes, placement: Placement, lines: SectionLines) -> None:
     names = {"rail": placement.rail.profile.name, "wheel": placement.wheel.profile.name}
     for (body, profile_line), colour in zip(lines.items(), Colour.LINES.values(), strict=True):
         ax.plot(*profile_line, color=colour, lw=1.8, label=body_words(body, names[body]))
-    for number, touch in enumerate(placement.touch_points):
+    for number, touch in enumerate(placement.contact_points):
         label = "contact point" if number == 0 else ("further contact points" if number == 1 else None)
         fill_colour = Colour.HERTZ if number == 0 else "white"
         ax.plot(touch.y_mm, touch.z_mm, "o", label=label, mfc=fill_colour, mec=Colour.HERTZ, ms=7, zorder=5)

@@ -33,7 +33,7 @@ from fecontact.profiles.curve import Profile, format_radius, invert_curvature_mm
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_TOUCH_COLUMN, _PLACE_COLUMN = "touch_rail_y_mm", "place in the picture"
+_TOUCH_COLUMN, _PLACE_COLUMN = "contact_rail_y_mm", "place in the picture"
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 # Style of an unusable row.
 _UNUSABLE_STYLE: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}

@@ -84,8 +84,8 @@ def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders:
     str
         Python script for ParaView.
     """
-    touch_points_mm = np.array([_read_touch_point_mm(folder) for folder in folders])
-    low, high = touch_points_mm.min(axis=0), touch_points_mm.max(axis=0)
+    contact_points_mm = np.array([_read_contact_point_mm(folder) for folder in folders])
+    low, high = contact_points_mm.min(axis=0), contact_points_mm.max(axis=0)
     extent = _largest_value(rows, *(f"{contact}_extent_{axis}_mm" for axis in "xy" for contact in ("fe", "hertz")))
     all_yield = all(row.get("plastic_p_max_MPa") is not None for row in rows)
     pressure, stress = (
@@ -115,8 +115,8 @@ VON_MISES_MPA = {json.dumps(stress)}
 ''' + (files("fecontact.outputs.paraview") / _SCRIPT_BODY).read_text("utf-8")
 
 
-def _read_touch_point_mm(folder: Path) -> tuple[float, float, float]:
-    first = read_json(folder / "result.json")["touch_points"][0]
+def _read_contact_point_mm(folder: Path) -> tuple[float, float, float]:
+    first = read_json(folder / "result.json")["contact_points"][0]
     return first["x_mm"], first["y_mm"], first["z_mm"]
 
 

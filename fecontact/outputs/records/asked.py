@@ -26,7 +26,9 @@ def requested_record(record: TableRecord) -> TableRecord:
         return record
     plastic_judgement, theories = plastic[HERTZ], record["theories"]
     side = record["verdict"]["side"]
-    plastic_entries = {name: plastic_judgement[name] for name in ("deviation", "uncertainty", "verdict", "limit_used")}
+    plastic_entries = {
+        name: plastic_judgement[name] for name in ("deviation", "uncertainty", "verdict", "limit_utilisation")
+    }
     name = HERTZ_GAUGE if side == "gauge" else HERTZ
     return {
         **record,

@@ -74,7 +74,7 @@ def theory_text(row: Mapping[str, Any]) -> str:
     deviations_percent = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
     return (
         f"cheapest theory that holds: {cheapest_words(row)} (p_max {next(deviations_percent):+z.1f} %,"
-        f" area {next(deviations_percent):+z.1f} %, limit utilisation {float(row[f'{name}_limit_used']):.2f})"
+        f" area {next(deviations_percent):+z.1f} %, limit utilisation {float(row[f'{name}_limit_utilisation']):.2f})"
     )
 
 

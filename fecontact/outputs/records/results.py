@@ -30,8 +30,8 @@ from fecontact.judging.lobes import LobeJudgement
 from fecontact.judging.measures import Measures, read_hertz_measures
 from fecontact.judging.verdict import PLASTIC_VALIDITY, Judgement, PlasticVerdict, Verdict
 from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
-from fecontact.outputs.geometry import touch_records
-from fecontact.outputs.own_profiles import pair_geometry_record
+from fecontact.outputs.geometry import contact_point_records
+from fecontact.outputs.pair_geometry import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
 from fecontact.outputs.records.result_schema import complete_record, declared_columns
 from fecontact.placement.irregularity import format_irregularity
@@ -94,7 +94,7 @@ def result_record(result: CaseResult) -> Record:
         "schema": RESULT_SCHEMA,
         "case": case_inputs(result.case, result.placement),
         **pair_geometry_record(result.case, result.placement),
-        **touch_records(result.placement),
+        **contact_point_records(result.placement),
         **load,
         "von_mises": to_plain(result.von_mises),
         "solver": {**to_plain(result.effort), **load["solver"]},
@@ -120,7 +120,7 @@ def load_record(load: JudgedLoad) -> Record:
     contacts: Record = {name: to_plain(measures) for name, measures in load.ladder.rungs.items()}
     # over the profile variants that fit the measured points, with the uncertainty of the meshes
     band = load.judgements[HERTZ].band(comparison.fe.p_max_MPa) or (None, None)
-    contacts["fe"] |= select_attributes(patch, "centre_x_mm centre_y_mm pieces lobes") | dict(
+    contacts["fe"] |= select_attributes(patch, "centre_x_mm centre_y_mm patch_count lobes") | dict(
         zip(("p_max_low_MPa", "p_max_high_MPa"), band, strict=True)
     )
     contacts["elements"] |= {
@@ -179,7 +179,7 @@ def _verdict_records(load: JudgedLoad) -> Record:
 
     def verdict_record(verdict: Verdict, decider: JudgedLoad | PlasticVerdict) -> Record:
         """A verdict; at a junction the side is the side of the deciding curvature."""
-        deciding = {"limit_used": decider.deciding.limit_used, "side": decider.deciding_side}
+        deciding = {"limit_utilisation": decider.deciding.limit_utilisation, "side": decider.deciding_side}
         return {**to_plain(verdict), **_count_variants(verdict), **deciding, **common_entries}
 
     elastic = verdict_record(load.deciding.verdict, load)
@@ -191,7 +191,11 @@ def _verdict_records(load: JudgedLoad) -> Record:
 def _count_variants(verdict: Verdict) -> Record:
     """Numbers of profile variants on which Hertz holds and fails; None for exact profiles."""
     answers = [*verdict.lines.values()]
-    counts = {"holds_on": answers.count("HOLDS"), "fails_on": answers.count("FAILS"), "of_lines": len(answers)}
+    counts = {
+        "variants_holding": answers.count("HOLDS"),
+        "variants_failing": answers.count("FAILS"),
+        "variant_count": len(answers),
+    }
     return counts if answers else dict.fromkeys(counts)
 
 
@@ -215,7 +219,7 @@ def judgement_record(judgement: Judgement) -> Record:
     contact = judgement.approximation
     assert contact is not None
     return contact_record(contact, judgement.measures) | select_attributes(
-        judgement, "deviation uncertainty verdict limit_used"
+        judgement, "deviation uncertainty verdict limit_utilisation"
     )
 
 
@@ -250,7 +254,10 @@ def _patch_record(patch: TheoryPatch) -> Record:
     """
     place_entries = select_attributes(patch, "centre_mm")
     if (touch := patch.touch) is not None:
-        place_entries |= {"touch_point": patch.touch_point, **select_attributes(touch, "rail_y_mm contact_angle_rad")}
+        place_entries |= {
+            "contact_point_number": patch.contact_point_number,
+            **select_attributes(touch, "rail_y_mm contact_angle_rad"),
+        }
     sizes = (
         ellipse_record(patch.hertz)
         if patch.hertz
@@ -284,11 +291,11 @@ def lobe_record(lobe: LobeJudgement) -> Record:
     """
     return {
         **select_attributes(
-            lobe, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate touch_point fe fe_uncertainty"
+            lobe, "normal_force_N contact_angle_rad rail_y_mm centre_mm separate contact_point_number fe fe_uncertainty"
         ),
         "half_space": to_plain(lobe.rungs.get("half_space")),
         "hertz": None if lobe.hertz is None else to_plain(read_hertz_measures(lobe.hertz)) | _ellipse_shape(lobe.hertz),
-        **select_attributes(lobe, "deviation uncertainty verdict p_max_lines_MPa"),
+        **select_attributes(lobe, "deviation uncertainty verdict p_max_variants_MPa"),
     }
 
 
@@ -307,7 +314,7 @@ def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
         },
         "bodies": to_plain(plastic_verdict.yielded.bodies),
         "path": to_plain(plastic_verdict.yielded.path),
-        HERTZ: select_attributes(plastic_verdict.deciding, "deviation uncertainty verdict limit_used")
+        HERTZ: select_attributes(plastic_verdict.deciding, "deviation uncertainty verdict limit_utilisation")
         | select_attributes(plastic_verdict, "cancelling"),
     }
 
@@ -334,8 +341,8 @@ def _solver_record(load: JudgedLoad) -> Record:
         "node_spacing_mm": dict(zip("xy", load.fe.grid.steps_mm, strict=True)),
         "meshes": len(load.solved.levels),
         # for the lobe that the element size is made for, and for the narrowest lobe that is not small
-        "elements_a_semi_axis": _elements_per_semi_axis(load, measure_element_semi_axes_mm(half_space)),
-        "elements_a_semi_axis_of_narrowest_lobe": _elements_per_semi_axis(
+        "elements_per_semi_axis": _elements_per_semi_axis(load, measure_element_semi_axes_mm(half_space)),
+        "elements_per_semi_axis_of_narrowest_lobe": _elements_per_semi_axis(
             load, measure_narrowest_semi_axes_mm(half_space)
         ),
         # expected for the next finer mesh
@@ -384,9 +391,9 @@ def hertz_record(hertz_alone: HertzEvaluation) -> Record:
         "case": case_inputs(hertz_alone.case, hertz_alone.placement),
         **pair_geometry_record(hertz_alone.case, hertz_alone.placement),
         "normal_force_N": hertz_alone.hertz.normal_force_N,
-        **touch_records(hertz_alone.placement),
+        **contact_point_records(hertz_alone.placement),
         "ellipses": [
-            select_attributes(point, "touch_point side")
+            select_attributes(point, "contact_point_number side")
             | ({"problem": point.problem} if point.whole is None else ellipse_record(point.whole))
             for point in hertz_alone.points.points
         ],
@@ -394,7 +401,7 @@ def hertz_record(hertz_alone: HertzEvaluation) -> Record:
             "approach_mm": hertz_alone.points.shared_approach_mm,
             "overlapping": hertz_alone.points.overlapping,
             "patches": [
-                {"touch_point": point.touch_point, **ellipse_record(point.shared)}
+                {"contact_point_number": point.contact_point_number, **ellipse_record(point.shared)}
                 for point in hertz_alone.points.points
                 if point.shared is not None
             ],
@@ -484,7 +491,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
         **select_attributes(first, "rail_y_mm wheel_y_mm", "touch_"),
         "at_junction": first.at_junction,
-        "touch_points": len(placement.touch_points),
+        "contact_points": len(placement.contact_points),
         **_select_columns("of_load", columns),
     }
 

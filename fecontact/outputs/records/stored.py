@@ -247,7 +247,7 @@ def placement_record(placement: Placement) -> Record:
     Record
         Poses of both bodies, touch points, and limits of flange climbing.
     """
-    names = ("rail", "wheel", "touch_points", "climbs", "other_climbs")
+    names = ("rail", "wheel", "contact_points", "climbs", "other_climbs")
     record = {name: _to_plain(getattr(placement, name), {}, name) for name in names}
     return (
         record

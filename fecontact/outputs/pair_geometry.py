@@ -39,11 +39,11 @@ def pair_geometry_record(case: Case, placement: Placement) -> Record:
     Returns
     -------
     dict
-        Record with the key `own_profiles`.
+        Record with the key `pair_geometry`.
     """
     if all(is_short_form(spec) or is_library_name(spec) for spec in case.profiles.values()):
-        return {"own_profiles": None}
-    return {"own_profiles": pair_geometry_text(case, placement)}
+        return {"pair_geometry": None}
+    return {"pair_geometry": pair_geometry_text(case, placement)}
 
 
 def pair_geometry_text(case: Case, placement: Placement) -> str:
@@ -72,7 +72,7 @@ def pair_geometry_text(case: Case, placement: Placement) -> str:
 
 def pair_geometry_lines(record: TableRecord) -> list[str]:
     """Lines on the geometry from a record: a list with a line, or an empty list."""
-    return [record["own_profiles"]] if record.get("own_profiles") is not None else []
+    return [record["pair_geometry"]] if record.get("pair_geometry") is not None else []
 
 
 def _flange_words(wheel: Profile) -> str:
