@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -185,7 +186,8 @@ def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
     ProgramError
         If the record has a key that is not declared.
     """
-    declared = _read_keys()["shapes"][shape]
+    names = _read_keys()["shapes"][shape]
+    declared = [key for name in names for key in (MEASURES if name == "measures" else (name,))]
     if undeclared := [key for key in record if key not in declared]:
         raise ProgramError(f"keys {', '.join(undeclared)} of {shape} are not declared in result_keys.toml")
     return {key: record.get(key) for key in declared}
@@ -200,12 +202,16 @@ def iterate_keys() -> Iterator[KeyDeclaration]:
         Key with unit, meaning and places; `<measure>` stands for each measure.
     """
     declared = _read_keys()
-    yield from _walk(declared["result"], declared["shapes"], "")
+    yield from _walk(declared["result"], declared["shapes"], "", "")
 
 
-def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str) -> Iterator[KeyDeclaration]:
+def _walk(
+    keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str, shown_above: str
+) -> Iterator[KeyDeclaration]:
+    """Iterate over the keys of an object and of the objects in it; places are inherited."""
     for name, declaration in keys.items():
         type_name, meaning, shown = _split(declaration)
+        shown = shown or shown_above
         if name == "measures":
             yield KeyDeclaration(
                 key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", shown=shown
@@ -225,7 +231,7 @@ def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], pref
             shown=shown,
         )
         if inner in shapes:
-            yield from _walk(shapes[inner], shapes, f"{path}.")
+            yield from _walk(shapes[inner], shapes, f"{path}.", shown)
 
 
 def unit_of(key: str) -> str:
@@ -267,6 +273,17 @@ def declared_columns(group: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(column for name in _read_keys()["columns"][group] for column in _expand(name)))
 
 
+def list_column_patterns() -> list[str]:
+    """Declared columns from the record, with placeholders, in order."""
+    columns = _read_keys()["columns"]
+    return [*columns["of_load"], *columns["of_case"]]
+
+
+def row_column_meanings() -> dict[str, str]:
+    """Meanings of the columns of a row that are not from the record, by column."""
+    return dict(_read_keys()["row_columns"])
+
+
 def _expand(column: str) -> Iterator[str]:
     """Columns that a declared column with placeholders stands for."""
     choices = {
@@ -277,6 +294,7 @@ def _expand(column: str) -> Iterator[str]:
         "<theory>": tuple(name for name in THEORIES if name not in HERTZ_OF_EACH_SIDE),
         "<body>": _BODIES,
     }
+    column = re.sub(r"<name=(\w+)>", r"\1", column)
     placeholders = [placeholder for placeholder in choices if placeholder in column]
     for names in product(*(choices[placeholder] for placeholder in placeholders)):
         expanded = column

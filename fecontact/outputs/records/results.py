@@ -489,7 +489,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **input_columns(load.case, placement),
         "resolution": load.case.resolution if isinstance(load.case.resolution, str) else None,
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
-        **select_attributes(first, "rail_y_mm wheel_y_mm", "touch_"),
+        **select_attributes(first, "rail_y_mm wheel_y_mm", "contact_"),
         "at_junction": first.at_junction,
         "contact_points": len(placement.contact_points),
         **_select_columns("of_load", columns),
