@@ -80,6 +80,9 @@ def _read_keys() -> dict[str, Any]:
     text = (files("fecontact.outputs.records") / "result_keys.toml").read_text("utf-8")
     declared: dict[str, Any] = tomllib.loads(text)
     for name, telling in load_offers("TELLINGS").items():
+        if not telling.keys:
+            declared["result"][name] = "inputs? | values of the feature; null where it has none"
+            continue
         feature_keys = tomllib.loads(telling.keys)
         declared["result"][name] = feature_keys["result"]
         declared["shapes"] |= feature_keys["shapes"]
