@@ -134,7 +134,7 @@ def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
     ("change", "says"),
     [
         pytest.param(larger, "differ by 5.00% from the curvatures of the profiles", id="gap 5 % larger"),
-        pytest.param(wider_open_beside, "from the distance of the meshes' surfaces", id="1 micrometre more at 5 mm"),
+        pytest.param(wider_open_beside, "from the distance of the mesh surfaces", id="1 micrometre more at 5 mm"),
     ],
 )
 def test_a_load_with_a_wrong_gap_has_no_verdict(monkeypatch, change, says):

@@ -22,8 +22,8 @@ from fecontact.outputs.hertz_terminal import contact_point_table
 from fecontact.outputs.pair_geometry import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import elastic_record, requested_record
-from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.tables import TableRecord
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
     cheapest_text,

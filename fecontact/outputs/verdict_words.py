@@ -17,7 +17,7 @@ from fecontact.judging.measures import MEASURES, Measures
 from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
-from fecontact.outputs.records.theory_records import judged_theories
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 from fecontact.solving.solve import CaseResult
 

@@ -1398,7 +1398,7 @@ def test_an_error_of_the_program_is_no_cell(run, tmp_path, monkeypatch):
 
     monkeypatch.setattr(map_positions, "solve_position", wrong)
     shifts = [3.0, 0.0, 1.0]
-    with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.*\(\+1.00 mm\) with KeyError: 'area_mm2'"):
+    with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.* first \+1.00 mm: KeyError: 'area_mm2'"):
         run(tmp_path, shifts, loads=FEW_LOADS, crew=inline_workers(2))
     stored = json.loads((tmp_path / "map.json").read_text("utf-8"))
     assert stored["lateral_shifts_mm"] == [0.0, 3.0]

@@ -259,7 +259,6 @@ def unit_of(key: str) -> str:
     return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "-")
 
 
-@cache
 def declared_columns(group: str) -> tuple[str, ...]:
     """Declared columns of a row.
 

@@ -34,6 +34,7 @@ from fecontact.outputs.geometry import contact_point_records
 from fecontact.outputs.pair_geometry import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
 from fecontact.outputs.records.result_schema import complete_record, declared_columns
+from fecontact.outputs.theory_records import has_measures
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
@@ -141,7 +142,11 @@ def load_record(load: JudgedLoad) -> Record:
         **_verdict_records(load),
         **cheapest_columns("cheapest_theory", find_cheapest_of_load(load)),
         "normal_force_N": load.normal_force_N,
-        **{name: contacts[name] for name in ("half_space_quadratic", "half_space", "elements", "fe")},
+        **{name: contacts[name] for name in ("half_space_quadratic", "elements", "fe")},
+        # the theory reads separate patches of the half-space one at a time, the rung reads them together
+        "half_space": None
+        if has_measures(theories.get("half_space", {}), contacts["half_space"])
+        else contacts["half_space"],
         "theories": {
             name: complete_record("theory", theories[name]) if name in theories else None for name in THEORIES
         },
