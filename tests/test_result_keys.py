@@ -18,12 +18,12 @@ from fecontact.judging.judge import judge_load
 from fecontact.outputs.records.data_dictionary import dictionary_page, iterate_columns
 from fecontact.outputs.records.result_schema import (
     complete_record,
-    declared_columns,
+    list_columns,
     iterate_keys,
     list_column_patterns,
     result_schema,
     row_column_meanings,
-    unit_of,
+    find_unit,
 )
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.profiles.reading import Reading
@@ -50,9 +50,9 @@ def find_faults(result: fecontact.CaseResult) -> list[str]:
     ]
 
 
-def undeclared_columns(columns: set[str]) -> set[str]:
+def unlist_columns(columns: set[str]) -> set[str]:
     """Columns that are not declared."""
-    return columns - {*row_column_meanings(), *declared_columns("of_load"), *declared_columns("of_case")}
+    return columns - {*row_column_meanings(), *list_columns("of_load"), *list_columns("of_case")}
 
 
 def test_the_schema_is_a_schema():
@@ -61,14 +61,14 @@ def test_the_schema_is_a_schema():
 
 def test_a_result_has_the_declared_keys(elliptic_quick):
     assert find_faults(elliptic_quick) == []
-    assert undeclared_columns(set(case_row(elliptic_quick))) == set()
+    assert unlist_columns(set(case_row(elliptic_quick))) == set()
 
 
 def test_a_result_that_is_not_usable_has_the_declared_keys(elliptic_quick):
     level = elliptic_quick.load.level
     levels = (dataclasses.replace(level, fe=dataclasses.replace(level.fe, status="not converged")),)
-    solved = dataclasses.replace(elliptic_quick.load.solved, levels=(*levels, *elliptic_quick.load.solved.levels[1:]))
-    load = judge_load(solved, elliptic_quick.placement)
+    solved_load = dataclasses.replace(elliptic_quick.load.solved, levels=(*levels, *elliptic_quick.load.solved.levels[1:]))
+    load = judge_load(solved_load, elliptic_quick.placement)
     assert find_faults(dataclasses.replace(elliptic_quick, load=load)) == []
 
 
@@ -77,7 +77,7 @@ def test_a_result_that_is_not_usable_has_the_declared_keys(elliptic_quick):
 def test_every_kind_of_result_has_the_declared_keys(position):
     result = solve(POSITIONS[position])
     assert find_faults(result) == []
-    assert undeclared_columns(set(case_row(result))) == set()
+    assert unlist_columns(set(case_row(result))) == set()
 
 
 @pytest.mark.slow
@@ -89,7 +89,7 @@ def test_a_measured_pair_has_the_declared_keys(tmp_path):
     record = result_record(result)
     assert record["verdict"]["variant_count"] == len(record["verdict"]["lines"]) > 0
     assert record["pair_geometry"]
-    assert undeclared_columns(set(case_row(result))) == set()
+    assert unlist_columns(set(case_row(result))) == set()
 
 
 @pytest.mark.parametrize("fault", ["missing", "undeclared", "text"])
@@ -114,7 +114,7 @@ def test_the_columns_of_the_stored_studies_are_declared():
     assert headers
     loads = [header for header in headers if "verdict_answer" in header]
     assert len(loads) > 10
-    assert undeclared_columns({column for header in loads for column in header}) == set()
+    assert unlist_columns({column for header in loads for column in header}) == set()
 
 
 def test_the_dictionary_is_complete():
@@ -127,10 +127,10 @@ def test_the_dictionary_is_complete():
     columns = [*iterate_columns()]
     assert len(columns) == len(list_column_patterns()) + len(row_column_meanings())
     assert all(column.meaning and column.unit for column in columns)
-    assert len(declared_columns("of_load")) == len(set(declared_columns("of_load")))
+    assert len(list_columns("of_load")) == len(set(list_columns("of_load")))
     # every top-level key says where it is shown, or is a matter of the file alone
     alone = {"schema", "case", "slide_mm"}
-    assert {key.key for key in keys if "." not in key.key and not key.shown} <= alone
+    assert {key.key for key in keys if "." not in key.key and not key.places} <= alone
 
 
 @pytest.mark.parametrize(
@@ -138,7 +138,7 @@ def test_the_dictionary_is_complete():
     [("p_max_MPa", "MPa"), ("stiffness_GN_per_m15", "GN/m^1.5"), ("spin_per_mm", "1/mm"), ("overlap", "-")],
 )
 def test_the_unit_is_the_ending_of_the_key(key, unit):
-    assert unit_of(key) == unit
+    assert find_unit(key) == unit
 
 
 def test_the_dictionary_and_the_schema_are_printed(capsys):

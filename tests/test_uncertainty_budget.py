@@ -45,8 +45,8 @@ small = st.floats(0.0, 0.05)
 )
 def test_contributions_add_up(name, change, fit, quality):
     """Sum of all contributions, computed a second time from the declared values."""
-    values, other = (2.0, 2.0 * (1.0 + change)), 2.0 * (1.0 + fit)
-    budget = estimate_budget(name, values, quality, otherwise=other)
+    values, other_fit_value = (2.0, 2.0 * (1.0 + change)), 2.0 * (1.0 + fit)
+    budget = estimate_budget(name, values, quality, otherwise=other_fit_value)
     declared, size = UNCERTAINTIES[name], 2.0 if name in MEASURES else 1.0
     cut_planes = declared.cut_planes
     if quality.shared:
@@ -68,8 +68,8 @@ def test_contributions_add_up(name, change, fit, quality):
         + quality.residual
     )
     assert budget.total == pytest.approx(expected, rel=1e-12)
-    assert estimate_uncertainty(name, values, quality, otherwise=other) == budget.total
-    step = estimate_step_budget(name, values, quality, otherwise=other)
+    assert estimate_uncertainty(name, values, quality, otherwise=other_fit_value) == budget.total
+    step = estimate_step_budget(name, values, quality, otherwise=other_fit_value)
     left_out = budget.reading + budget.more_nodes + budget.turned_force
     assert step.total == pytest.approx(budget.total - left_out, rel=1e-9, abs=1e-15)
 
@@ -107,9 +107,9 @@ def test_every_stated_uncertainty_has_its_contributions(elliptic_quick):
         "sum",
     ]  # fmt: skip
     for column, name in enumerate(record["verdict"]["each"], start=1):
-        shown = [float(row.cells[column] or 0.0) for row in table.rows]
+        cells = [float(row.cells[column] or 0.0) for row in table.rows]
         digits = 3 if name != "centre_over_b" else 4
-        assert shown[-1] == pytest.approx(sum(shown[:-1]), abs=0.5 * len(shown) * 10.0**-digits)
+        assert cells[-1] == pytest.approx(sum(cells[:-1]), abs=0.5 * len(cells) * 10.0**-digits)
     assert not [
         column for column in load_row(load, elliptic_quick.placement) if column.startswith("uncertainty_budget")
     ]

@@ -136,7 +136,7 @@ def theories(*, json: bool = False) -> int:
 
 
 def keys(*, json: bool = False) -> int:
-    """List the keys of result.json and the columns of study.csv, with unit, meaning and place (data dictionary).
+    """List the keys of result.json and the columns of study.csv: the data dictionary.
 
     Parameters
     ----------

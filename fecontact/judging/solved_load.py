@@ -481,7 +481,7 @@ def estimate_budgets(
 
 
 def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float) -> UncertaintyBudget:
-    """Contributions to the uncertainty of a deviation, from those of the measure of the finite elements.
+    """Contributions to the uncertainty of a deviation, from contributions to the uncertainty of the measure.
 
     Parameters
     ----------

@@ -353,7 +353,7 @@ def test_friction_and_creepages_are_evaluation_and_not_solving():
 
 
 def test_creepages_without_friction_are_refused_before_anything_is_solved():
-    with pytest.raises(InputError, match="but no friction coefficient is given; give one too"):
+    with pytest.raises(InputError, match="but no friction coefficient is given; give friction too"):
         solve(replace(ROUND, creep=Creep(eta=1e-3)))
 
 

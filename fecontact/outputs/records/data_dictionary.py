@@ -13,7 +13,7 @@ from fecontact.outputs.records.result_schema import (
     iterate_keys,
     list_column_patterns,
     row_column_meanings,
-    unit_of,
+    find_unit,
 )
 from fecontact.outputs.words import CONTRIBUTION_WORDS, MEASURE_WORDS
 
@@ -61,7 +61,7 @@ def dictionary_page() -> str:
         for name in (*MEASURES, *MISFITS)
     ]
     contributions = [[f"`{name}`", words] for name, words in CONTRIBUTION_WORDS.items()]
-    keys = [[f"`{key.key}`", key.unit, key.meaning, key.shown] for key in iterate_keys()]
+    keys = [[f"`{key.key}`", key.unit, key.meaning, key.places] for key in iterate_keys()]
     columns = [
         [f"`{column.column}`", column.unit, column.meaning, f"`{column.key}`" if column.key else ""]
         for column in iterate_columns()
@@ -106,7 +106,7 @@ def iterate_columns() -> Iterator[ColumnDeclaration]:
 def _column_unit(column: str) -> str:
     if column.endswith(("<size>",)):
         return "of the name"
-    return "%, b" if column.endswith(("<deviation>", "<step>")) else unit_of(column)
+    return "%, b" if column.endswith(("<deviation>", "<step>")) else find_unit(column)
 
 
 def _column_of_key(key: KeyDeclaration) -> str:

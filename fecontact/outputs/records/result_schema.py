@@ -63,7 +63,7 @@ class KeyDeclaration:
         Unit of a number; `-` for a number without a unit, empty for other values.
     meaning
         Meaning in words.
-    shown
+    places
         Places where the value is shown, joined by commas; empty if it is in the file alone.
     """
 
@@ -71,7 +71,7 @@ class KeyDeclaration:
     type_name: str
     unit: str
     meaning: str
-    shown: str
+    places: str
 
 
 @cache
@@ -153,7 +153,7 @@ def _members_schema(name: str, member: str) -> dict[str, Any]:
 
 
 def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
-    """Schema of an object with a number for each measure; null if the number is not defined."""
+    """Schema of an object with a number or null for each measure."""
     return {
         "type": "object",
         "properties": {measure: {"type": ["number", "null"]} for measure in measures},
@@ -165,12 +165,14 @@ def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
 def _split(declaration: str) -> tuple[str, str, str]:
     """Type, meaning and places of a declaration."""
     type_name, _, rest = declaration.partition(" | ")
-    meaning, _, shown = rest.partition(" | ")
-    return type_name, meaning, shown
+    meaning, _, places = rest.partition(" | ")
+    return type_name, meaning, places
 
 
 def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
-    """Record with all keys of a shape: keys that the record does not have are None.
+    """Record with all keys of a shape.
+
+    Keys that the given record does not have are None.
 
     Parameters
     ----------
@@ -209,15 +211,15 @@ def iterate_keys() -> Iterator[KeyDeclaration]:
 
 
 def _walk(
-    keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str, shown_above: str
+    keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str, outer_places: str
 ) -> Iterator[KeyDeclaration]:
-    """Iterate over the keys of an object and of the objects in it; places are inherited."""
+    """Iterate over the keys of nested objects; places are inherited."""
     for name, declaration in keys.items():
-        type_name, meaning, shown = _split(declaration)
-        shown = shown or shown_above
+        type_name, meaning, places = _split(declaration)
+        places = places or outer_places
         if name == "measures":
             yield KeyDeclaration(
-                key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", shown=shown
+                key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", places=places
             )
             continue
         path, inner = f"{prefix}{name}", type_name.removesuffix("?")
@@ -229,15 +231,15 @@ def _walk(
         yield KeyDeclaration(
             key=path,
             type_name=type_name,
-            unit=unit_of(name) if inner in number_types else "",
+            unit=find_unit(name) if inner in number_types else "",
             meaning=meaning,
-            shown=shown,
+            places=places,
         )
         if inner in shapes:
-            yield from _walk(shapes[inner], shapes, f"{path}.", shown)
+            yield from _walk(shapes[inner], shapes, f"{path}.", places)
 
 
-def unit_of(key: str) -> str:
+def find_unit(key: str) -> str:
     """Unit of a number by the ending of its key; `-` without a unit.
 
     Parameters
@@ -252,14 +254,14 @@ def unit_of(key: str) -> str:
 
     Examples
     --------
-    >>> from fecontact.outputs.records.result_schema import unit_of
-    >>> unit_of("p_max_MPa"), unit_of("overlap")
+    >>> from fecontact.outputs.records.result_schema import find_unit
+    >>> find_unit("p_max_MPa"), find_unit("overlap")
     ('MPa', '-')
     """
     return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "-")
 
 
-def declared_columns(group: str) -> tuple[str, ...]:
+def list_columns(group: str) -> tuple[str, ...]:
     """Declared columns of a row.
 
     Parameters
