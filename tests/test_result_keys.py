@@ -18,12 +18,12 @@ from fecontact.judging.judge import judge_load
 from fecontact.outputs.records.data_dictionary import dictionary_page, iterate_columns
 from fecontact.outputs.records.result_schema import (
     complete_record,
-    list_columns,
+    find_unit,
     iterate_keys,
     list_column_patterns,
+    list_columns,
     result_schema,
     row_column_meanings,
-    find_unit,
 )
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.profiles.reading import Reading
@@ -67,7 +67,9 @@ def test_a_result_has_the_declared_keys(elliptic_quick):
 def test_a_result_that_is_not_usable_has_the_declared_keys(elliptic_quick):
     level = elliptic_quick.load.level
     levels = (dataclasses.replace(level, fe=dataclasses.replace(level.fe, status="not converged")),)
-    solved_load = dataclasses.replace(elliptic_quick.load.solved, levels=(*levels, *elliptic_quick.load.solved.levels[1:]))
+    solved_load = dataclasses.replace(
+        elliptic_quick.load.solved, levels=(*levels, *elliptic_quick.load.solved.levels[1:])
+    )
     load = judge_load(solved_load, elliptic_quick.placement)
     assert find_faults(dataclasses.replace(elliptic_quick, load=load)) == []
 

@@ -1811,7 +1811,7 @@ def test_what_was_stored_before_is_found_by_its_names():
     assert set(arrays) == {f"load0_{rung}_{quantity}" for rung in rungs for quantity in parts}
     assert list(record) == [
         *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory"),
-        "gap_curvature_error",
+        *("gap_curvature_error", "load_error"),
     ]
     assert set(record["lines"]["own"]) == {"label", "p_max_MPa", "deviations", "patches", "lobes"}
     assert "yielded" not in record["levels"][0]

@@ -10,10 +10,10 @@ from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.outputs.flat_records import relative_name
 from fecontact.outputs.records.result_schema import (
     KeyDeclaration,
+    find_unit,
     iterate_keys,
     list_column_patterns,
     row_column_meanings,
-    find_unit,
 )
 from fecontact.outputs.words import CONTRIBUTION_WORDS, MEASURE_WORDS
 
