@@ -61,7 +61,7 @@ def test_a_wrong_part_of_the_bodies_is_seen_by_the_loads_on_patches(position, mo
     (loads,) = compare_patch_loads(load.solved.levels)
     assert loads.difference == pytest.approx(difference, rel=0.15)
     assert (load.status, load.verdict.answer) == (ELEMENTS_STATUS, "UNRESOLVED")
-    (warning,) = (text for text in load.warnings if text.startswith("separate patches"))
+    (warning,) = (text for text in load.warnings if text.startswith("the share of the load between separate patches"))
     assert f"{loads.on_elements:.2%}" in warning
     assert f"{loads.on_finer_nodes:.2%}" in warning
 

@@ -42,7 +42,7 @@ POSITIONS = {
 
 
 def find_faults(result: fecontact.CaseResult) -> list[str]:
-    """Contradictions of a result to the schema, each with its path."""
+    """Contradictions of a result to the schema."""
     record = json.loads(format_json(result_record(result)))
     return [
         f"{'.'.join(map(str, fault.absolute_path))}: {fault.message[:200]}"

@@ -160,12 +160,12 @@ def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageFie
     True
     """
     if theory == "fastsim":
-        return fastsim_strips(patch.patch_count, creepages)
+        return fastsim_strips(patch.pieces, creepages)
     if theory == "rolling_half_space":
         return _solve_rolling_half_space(patch, creepages)
     if theory not in _LAWS:
         raise InputError(f"theory is {theory!r}; allowed: {', '.join(CREEP_THEORIES)}")
-    return _LAWS[theory](patch.ellipse, average_creepages(patch.patch_count, creepages)).at(*patch.centre_mm)
+    return _LAWS[theory](patch.ellipse, average_creepages(patch.pieces, creepages)).at(*patch.centre_mm)
 
 
 def _solve_rolling_half_space(patch: CreepPatch, creepages: CreepageField) -> CreepForce:

@@ -278,13 +278,25 @@ def list_columns(group: str) -> tuple[str, ...]:
 
 
 def list_column_patterns() -> list[str]:
-    """Declared columns from the record, with placeholders, in order."""
+    """Declared columns from the record, with placeholders.
+
+    Returns
+    -------
+    list of str
+        Columns of a load, then further columns of a case, in order.
+    """
     columns = _read_keys()["columns"]
     return [*columns["of_load"], *columns["of_case"]]
 
 
 def row_column_meanings() -> dict[str, str]:
-    """Meanings of the columns of a row that are not from the record, by column."""
+    """Meanings of the columns of a row that are not from the record.
+
+    Returns
+    -------
+    dict of str to str
+        Meanings by column.
+    """
     return dict(_read_keys()["row_columns"])
 
 

@@ -34,7 +34,7 @@ from fecontact.outputs.geometry import contact_point_records
 from fecontact.outputs.pair_geometry import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
 from fecontact.outputs.records.result_schema import complete_record, list_columns
-from fecontact.outputs.theory_records import has_measures
+from fecontact.outputs.theory_records import has_measures, judged_theories
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
@@ -488,7 +488,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         Flat row. The columns of each theory begin with the name of the theory.
     """
     first, record = placement.first, load_record(load)
-    columns = flatten({**record, "theories": {}, **record["theories"]})
+    columns = flatten({**record, "theories": {}, **judged_theories(record)})
     return {
         "status": load.status,
         **input_columns(load.case, placement),
