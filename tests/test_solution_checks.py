@@ -71,7 +71,7 @@ def test_results_without_these_checks_are_read(elliptic_quick):
 
 
 def load_the_half_space(monkeypatch) -> None:
-    """Increase the load of every contact on a half-space by 2 %, also on the finer nodes."""
+    """Increase the load of every contact on a half-space or on finer nodes."""
     plain = TrueGap.solve
     monkeypatch.setattr(TrueGap, "solve", lambda self, grid, load_N, **how: plain(self, grid, 1.02 * load_N, **how))
 
