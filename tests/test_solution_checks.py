@@ -71,7 +71,7 @@ def test_results_without_these_checks_are_read(elliptic_quick):
 
 
 def load_the_half_space(monkeypatch) -> None:
-    """2 % more load on every contact with the true gap on a half-space, also with the finite bodies' part."""
+    """Increase the load of every contact on a half-space or on finer nodes."""
     plain = TrueGap.solve
     monkeypatch.setattr(TrueGap, "solve", lambda self, grid, load_N, **how: plain(self, grid, 1.02 * load_N, **how))
 
@@ -118,7 +118,7 @@ def test_the_load_of_a_contact_is_that_along_the_load(elliptic_quick):
 
 
 def plant_correction(monkeypatch, factor: float) -> None:
-    """Multiply the softness of the elements that the opening for the finer nodes is freed from."""
+    """Multiply the correction of the elements' softness by a factor."""
     plain = UnitResponse.half_space_of_elements
 
     def wrong(self, **how):
@@ -139,7 +139,7 @@ def plant_correction(monkeypatch, factor: float) -> None:
     ],
 )
 def test_a_wrong_correction_of_the_elements_has_no_verdict(monkeypatch, case, factor):
-    """Without this check, a correction that is left out is up to 1.7 times the stated uncertainty."""
+    """Without this check, a missing correction causes 1.7 times the stated uncertainty."""
     plant_correction(monkeypatch, factor)
     load = judge_position(expect_position(case))
     for level in load.solved.levels:
@@ -149,7 +149,7 @@ def test_a_wrong_correction_of_the_elements_has_no_verdict(monkeypatch, case, fa
 
 
 def test_a_smooth_opening_is_not_taken_for_softness():
-    """A parabola along the track, a thousand times as large as the softness of the elements."""
+    """A parabola along the track that is much larger than the softness of the elements."""
     grid = ContactGrid(x_mm=0.5 * np.arange(12), s_mm=0.4 * np.arange(11), half=True)
     half_space = build_half_space_compliance(grid, 115e3)
     pressure = Field(

@@ -702,13 +702,18 @@ class Meshes:
                 normal_force_N=levels[0].fe.normal_force_N,
                 contact_modulus_MPa=case.contact_modulus_MPa,
             )
-            half_space, turned = position.expected.half_space, _solve_with_turned_normals(position)
+            half_space, turned_rung = position.expected.half_space, _solve_with_turned_normals(position)
             return SolvedLoad(
                 case=case,
                 levels=tuple(levels),
                 half_space=half_space,
+<<<<<<< HEAD
                 turned=turned,
                 quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
+=======
+                turned=turned_rung,
+                quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
+>>>>>>> w-p1
                 lines=lines,
                 limits=(
                     *_iterate_limits(position, levels),
@@ -720,7 +725,7 @@ class Meshes:
                 ),
                 gap_curvature_error=compute_gap_curvature_error(position.true_gap, half_space.grid),
                 load_error=compute_load_error(
-                    position.true_gap, case.load_N, iterate_loaded_rungs(half_space, turned, levels)
+                    position.true_gap, case.load_N, iterate_loaded_rungs(half_space, turned_rung, levels)
                 ),
             )
 

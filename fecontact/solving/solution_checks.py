@@ -46,13 +46,14 @@ def _compute_load_N(true_gap: TrueGap, rung: Rung) -> float:
     return float((forces_N * (normals @ true_gap.direction)).sum())
 
 
-def iterate_loaded_rungs(half_space: Rung, turned: Rung | None, levels: Sequence[Level]) -> Iterator[Rung]:
+def iterate_loaded_rungs(half_space: Rung, turned_rung: Rung | None, levels: Sequence[Level]) -> Iterator[Rung]:
     """Contacts of a solution that have the load of the case.
 
     Parameters
     ----------
-    half_space, turned
-        True gap on a half-space, in a plane for each patch and with a normal at each node; None without the latter.
+    half_space, turned_rung
+        True gap on a half-space, in a plane for each patch, and with a normal at each node. `turned_rung` is None for a
+        single lobe.
     levels
         Mesh levels.
 
@@ -63,8 +64,8 @@ def iterate_loaded_rungs(half_space: Rung, turned: Rung | None, levels: Sequence
         nodes.
     """
     yield half_space
-    if turned is not None:
-        yield turned
+    if turned_rung is not None:
+        yield turned_rung
     for level in levels:
         yield from level.rungs.values()
         if level.yielded is not None:
