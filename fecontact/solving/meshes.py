@@ -707,13 +707,8 @@ class Meshes:
                 case=case,
                 levels=tuple(levels),
                 half_space=half_space,
-<<<<<<< HEAD
-                turned=turned,
-                quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
-=======
                 turned=turned_rung,
                 quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
->>>>>>> w-p1
                 lines=lines,
                 limits=(
                     *_iterate_limits(position, levels),
