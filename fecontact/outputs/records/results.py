@@ -159,7 +159,7 @@ def load_record(load: JudgedLoad) -> Record:
         "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
         # contributions to the uncertainties of the requested verdict
         "uncertainty_budget": {
-            name: budget.as_dict() for name, budget in (load.plastic or load).deciding.budgets.items()
+            name: budget.contributions for name, budget in (load.plastic or load).deciding.budgets.items()
         },
         **select_attributes(comparison, "pressure_l2 overlap"),
         "geometry": to_plain(load.geometry),
