@@ -1013,7 +1013,7 @@ def test_the_worse_side_of_a_junction_is_shown_and_both_at_length(record):
     gauge = json.loads(format_json(changed["theories"][HERTZ]))
     gauge["verdict"] |= {"answer": "FAILS", "measure": "area_mm2", "failing": ["area_mm2"]}
     gauge["verdict"]["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
-    changed["theories"] = {HERTZ_GAUGE: gauge} | changed["theories"]
+    changed["theories"][HERTZ_GAUGE] = gauge
     changed["verdict"] |= gauge["verdict"] | {"side": "gauge", "cause": "some cause"}
     lines = print_case(changed, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: area -50.00 %")

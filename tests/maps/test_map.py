@@ -1682,7 +1682,7 @@ DAMAGES = [
     (lambda folder: (folder / "fields.npz").write_bytes(b"PK"), "fields.npz is damaged"),
     (lambda folder: (folder / "fields.npz").unlink(), "fields.npz is missing"),
     (lambda folder: (folder / "stored.json").unlink(), "stored.json is missing"),
-    (lambda folder: edited(folder / "stored.json", lambda text: "[]"), "another layout"),
+    (lambda folder: edited(folder / "stored.json", lambda text: "[]"), "does not have the layout"),
     (
         lambda folder: edited(folder / "stored.json", lambda text: text.replace('"fecontact": "', '"fecontact": "x')),
         "another version: fecontact x",
