@@ -102,7 +102,7 @@ def _cause_text(cause: str | None) -> str:
 def _reason(verdict: Record, judgement: Record) -> str:
     """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    variants = f"; it {variant_share_text(verdict['lines'])}" if verdict["lines"] else ""
+    variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
     return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
@@ -266,7 +266,7 @@ def cheapest_text(record: Record) -> str:
         possible_theory = next(
             (theory_name for theory_name, verdict in verdicts.items() if verdict["answer"] != "FAILS"), HERTZ
         )
-        lines = verdicts[possible_theory]["lines"]
+        lines = verdicts[possible_theory]["variant_answers"]
         return (
             f"cheapest theory that may hold: {THEORIES[possible_theory].words} {variant_share_text(lines)}"
             if lines

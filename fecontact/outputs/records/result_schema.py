@@ -219,7 +219,11 @@ def _walk(
         places = places or outer_places
         if name == "measures":
             yield KeyDeclaration(
-                key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", places=places
+                key=f"{prefix}<measure>",
+                type_name="number",
+                unit="of the name",
+                meaning="value of each measure",
+                places=places,
             )
             continue
         path, inner = f"{prefix}{name}", type_name.removesuffix("?")

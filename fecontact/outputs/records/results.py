@@ -195,7 +195,7 @@ def _verdict_records(load: JudgedLoad) -> Record:
 
 def _count_variants(verdict: Verdict) -> Record:
     """Numbers of profile variants on which Hertz holds and fails; None for exact profiles."""
-    answers = [*verdict.lines.values()]
+    answers = [*verdict.variant_answers.values()]
     counts = {
         "variants_holding": answers.count("HOLDS"),
         "variants_failing": answers.count("FAILS"),
