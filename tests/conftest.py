@@ -13,9 +13,11 @@ for _name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
 import pytest
+from declared_keys import find_record_faults, find_undeclared_columns
 from hypothesis import settings
 
 from fecontact.case import Case
+from fecontact.runs.store import CaseRecords
 from fecontact.solving.solve import CaseResult, solve
 
 try:
@@ -66,3 +68,18 @@ def elliptic_quick(solved) -> CaseResult:
             refine="never",
         )
     )
+
+
+@pytest.fixture(autouse=True)
+def stored_results_have_the_declared_keys(monkeypatch):
+    """Hold every result that a test stores to the schema of `result.json`, and its row to the declared columns."""
+    make_records = CaseRecords.of.__func__
+
+    def make_checked_records(kind: type[CaseRecords], result: CaseResult) -> CaseRecords:
+        records = make_records(kind, result)
+        faults = find_record_faults(records.record)
+        assert not faults, faults
+        assert not (undeclared := find_undeclared_columns(records.row)), undeclared
+        return records
+
+    monkeypatch.setattr(CaseRecords, "of", classmethod(make_checked_records))

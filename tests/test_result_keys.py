@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
+from declared_keys import find_record_faults
 from jsonschema import Draft202012Validator
 
 import fecontact
@@ -41,27 +42,13 @@ POSITIONS = {
 }
 
 
-def find_faults(result: fecontact.CaseResult) -> list[str]:
-    """Contradictions of a result to the schema."""
-    record = json.loads(format_json(result_record(result)))
-    return [
-        f"{'.'.join(map(str, fault.absolute_path))}: {fault.message[:200]}"
-        for fault in Draft202012Validator(result_schema()).iter_errors(record)
-    ]
-
-
-def unlist_columns(columns: set[str]) -> set[str]:
-    """Columns that are not declared."""
-    return columns - {*row_column_meanings(), *list_columns("of_load"), *list_columns("of_case")}
-
-
 def test_the_schema_is_a_schema():
     Draft202012Validator.check_schema(result_schema())
 
 
 def test_a_result_has_the_declared_keys(elliptic_quick):
-    assert find_faults(elliptic_quick) == []
-    assert unlist_columns(set(case_row(elliptic_quick))) == set()
+    assert find_record_faults(result_record(elliptic_quick)) == []
+    assert find_undeclared_columns(case_row(elliptic_quick)) == set()
 
 
 def test_a_result_that_is_not_usable_has_the_declared_keys(elliptic_quick):
@@ -71,15 +58,15 @@ def test_a_result_that_is_not_usable_has_the_declared_keys(elliptic_quick):
         elliptic_quick.load.solved, levels=(*levels, *elliptic_quick.load.solved.levels[1:])
     )
     load = judge_load(solved_load, elliptic_quick.placement)
-    assert find_faults(dataclasses.replace(elliptic_quick, load=load)) == []
+    assert find_record_faults(result_record(dataclasses.replace(elliptic_quick, load=load))) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("position", POSITIONS)
 def test_every_kind_of_result_has_the_declared_keys(position):
     result = solve(POSITIONS[position])
-    assert find_faults(result) == []
-    assert unlist_columns(set(case_row(result))) == set()
+    assert find_record_faults(result_record(result)) == []
+    assert find_undeclared_columns(case_row(result)) == set()
 
 
 @pytest.mark.slow
@@ -87,11 +74,11 @@ def test_a_measured_pair_has_the_declared_keys(tmp_path):
     assert call(["fleet", "examples", str(tmp_path / "fleet"), "--wheels", "1", "--rails", "1"]) == 0
     wheel = next((tmp_path / "fleet" / "wheels").iterdir())
     result = solve(Case(wheel=str(wheel), wheel_file=Reading(filter_mm=4.0), refine="never", load_N=60e3))
-    assert find_faults(result) == []
+    assert find_record_faults(result_record(result)) == []
     record = result_record(result)
     assert record["verdict"]["variant_count"] == len(record["verdict"]["variant_answers"]) > 0
     assert record["pair_geometry"]
-    assert unlist_columns(set(case_row(result))) == set()
+    assert find_undeclared_columns(case_row(result)) == set()
 
 
 @pytest.mark.parametrize("fault", ["missing", "undeclared", "text"])
@@ -116,7 +103,7 @@ def test_the_columns_of_the_stored_studies_are_declared():
     assert headers
     loads = [header for header in headers if "verdict_answer" in header]
     assert len(loads) > 10
-    assert unlist_columns({column for header in loads for column in header}) == set()
+    assert find_undeclared_columns({column for header in loads for column in header}) == set()
 
 
 def test_the_dictionary_is_complete():
