@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from declared_keys import find_record_faults
+from declared_keys import find_record_faults, find_undeclared_columns
 from jsonschema import Draft202012Validator
 
 import fecontact
