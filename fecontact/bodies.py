@@ -6,11 +6,14 @@ The sizes of the bodies that are cut out of rail and wheel are here too.
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 from fecontact.errors import InputError, check_positive
 from fecontact.inputs.kinds import number_field
 from fecontact.inputs.slots import input_dataclass, list_descriptions
+
+# Of `STEEL`, and of the remedy for a modulus out of range.
+_STEEL_YOUNG_MPA = 210_000.0
 
 
 @input_dataclass
@@ -48,7 +51,7 @@ class Material:
         "Young's modulus",
         label="Young's modulus",
         usual=(50e3, 500e3),
-        remedy="give it in MPa, for example 210000 for steel",
+        remedy=f"give it in MPa, for example {_STEEL_YOUNG_MPA:.0f} for steel",
     )
     poisson: float = number_field(
         MISSING,
@@ -130,7 +133,7 @@ class Material:
         return self.young_MPa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
 
 
-STEEL = Material(young_MPa=210_000.0, poisson=0.3)
+STEEL = Material(young_MPa=_STEEL_YOUNG_MPA, poisson=0.3)
 """Rail and wheel steel, elastic constants only: E 210000 MPa, nu 0.3."""
 
 
@@ -185,10 +188,12 @@ class RollingPair:
 # --- Dimensions of the track and of its wheelset, and of the bodies that are cut out of rail and wheel.
 
 TrackSide = Literal["left", "right"]
+ROLLING_RADIUS_MM = 460.0
+"""Rolling radius of a wheel without a given radius (mm)."""
 
 
-_CUT_REMEDY = "60 mm is usual"
-_RIM_MM, _HALF_LENGTH_MM = 65.0, 60.0
+_RAIL_DEPTH_MM, _RIM_MM, _HALF_LENGTH_MM = 60.0, 65.0, 60.0
+_CUT_REMEDY = f"{_RAIL_DEPTH_MM:g} mm is usual"
 # Largest default cuts of a small wheel, divided by its rolling radius. For R 50 mm the peak pressure differs from
 # Hertz's by at most 0.04 %.
 _RIM_OVER_RADIUS, _LENGTH_OVER_RADIUS = 0.6, 1.2
@@ -204,7 +209,7 @@ class BodySize:
     support its head would roll on the slender web, which is a property of the track and not of the contact. The rim is
     driven at its inner face.
 
-    The defaults of rim and length are for wheels. Below a radius of 108 mm they are 0.6 and 1.2 times the radius.
+    The defaults of rim and length are for wheels. A small wheel has a thinner and shorter rim (`at_radius`).
 
     Attributes
     ----------
@@ -222,13 +227,18 @@ class BodySize:
     60.0
     """
 
-    rail_depth_mm: float = number_field(60.0, "Depth of the cut through the rail below its crown", remedy=_CUT_REMEDY)
+    rail_depth_mm: float = number_field(
+        _RAIL_DEPTH_MM, "Depth of the cut through the rail below its crown", remedy=_CUT_REMEDY
+    )
     rim_thickness_mm: float = number_field(
-        _RIM_MM, "Thickness of the rim of the wheel; the default is at most 0.6 times the radius", remedy=_CUT_REMEDY
+        _RIM_MM,
+        f"Thickness of the rim of the wheel; the default is at most {_RIM_OVER_RADIUS:g} times the radius",
+        remedy=_CUT_REMEDY,
     )
     half_length_mm: float = number_field(
         _HALF_LENGTH_MM,
-        "Length of rail and rim on each side of the contact; the default is at most 1.2 times the radius",
+        "Length of rail and rim on each side of the contact; the default is at most"
+        f" {_LENGTH_OVER_RADIUS:g} times the radius",
         remedy=_CUT_REMEDY,
     )
 
@@ -269,6 +279,11 @@ class BodySize:
         return replace(self, rim_thickness_mm=rim, half_length_mm=length)
 
 
+def _dimension_field(default_mm: float, help: str) -> Any:
+    """Describe a dimension of the track, with its default as the usual value."""
+    return number_field(default_mm, help, remedy=f"usually {default_mm:g} mm")
+
+
 @input_dataclass
 class Track:
     """Dimensions of the track and the wheelset (mm).
@@ -283,14 +298,10 @@ class Track:
     750.0
     """
 
-    gauge_mm: float = number_field(1435.0, "Track gauge", remedy="usually 1435 mm")
-    gauge_depth_mm: float = number_field(
-        14.0, "Depth below the top of the rail at which the gauge is measured", remedy="usually 14 mm"
-    )
-    back_to_back_mm: float = number_field(1360.0, "Back-to-back distance of the wheels", remedy="usually 1360 mm")
-    tape_circle_from_back_mm: float = number_field(
-        70.0, "Distance of the tape circle from the back of the wheel", remedy="usually 70 mm"
-    )
+    gauge_mm: float = _dimension_field(1435.0, "Track gauge")
+    gauge_depth_mm: float = _dimension_field(14.0, "Depth below the top of the rail at which the gauge is measured")
+    back_to_back_mm: float = _dimension_field(1360.0, "Back-to-back distance of the wheels")
+    tape_circle_from_back_mm: float = _dimension_field(70.0, "Distance of the tape circle from the back of the wheel")
     rail_crown_y_mm: float | None = number_field(
         None,
         "Distance of the rail's crown from the track centre, instead of the gauge",

@@ -13,7 +13,7 @@ from dataclasses import asdict, fields, replace
 from html import escape
 from typing import Any, Literal, get_args
 
-from fecontact.bodies import STEEL, Material, TrackSide, combine_moduli_MPa
+from fecontact.bodies import ROLLING_RADIUS_MM, STEEL, Material, TrackSide, combine_moduli_MPa
 from fecontact.bodies import BodySize as BodySize
 from fecontact.bodies import Track as Track
 from fecontact.criteria import Creep
@@ -63,14 +63,14 @@ _RAIL = "library name, profile file, circle:R, or arcs:R/R@D (two arcs that meet
 _WHEEL = "library name, profile file, or cylinder:R (flat profile); R in mm"
 _OTHER = "of the other side of the wheelset, if different"
 _RADII = "railway wheels have 300 to 625 mm"
-# Rolling radius of a wheel without a given radius.
-_RADIUS_MM = 460.0
+# Load of a case without a given load, and the usual load in remedies.
+_LOAD_N = 100e3
 
 
 def _load(
     default: float | None,
     help: str,
-    remedy: str = "give the wheel load, usually about 100 kN (100000 N)",
+    remedy: str = f"give the wheel load, usually about {_LOAD_N / 1e3:g} kN ({_LOAD_N:.0f} N)",
     **options: Any,
 ) -> Any:
     return number_field(default, help, shown_unit="kN", low=1.0, high=1e9, usual=(1e3, 1e6), remedy=remedy, **options)
@@ -234,7 +234,7 @@ class Case:
     )
     side: TrackSide = choice_field("left", "Side of the wheelset to solve", ("left", "right"), group="standing")
     opposite: Opposite = nested_inputs(Opposite, group="pair", option="opposite")
-    load_N: float = _load(100e3, "Wheel load", group="load")
+    load_N: float = _load(_LOAD_N, "Wheel load", group="load")
     load_kind: LoadKind = choice_field(
         "vertical",
         "Direction of the load: vertical, or along the normal at the first contact point",
@@ -342,7 +342,7 @@ class Case:
                 from fecontact.profiles.resolve import radius_of_file_mm
 
                 file_radius_mm = radius_of_file_mm(self.wheel)
-            object.__setattr__(self, "rolling_radius_mm", _WheelRadius(file_radius_mm or _RADIUS_MM, self.wheel))
+            object.__setattr__(self, "rolling_radius_mm", _WheelRadius(file_radius_mm or ROLLING_RADIUS_MM, self.wheel))
 
     def _choose_roll(self) -> None:
         """Choose the kind of roll from the given numbers, and refuse numbers of another kind."""

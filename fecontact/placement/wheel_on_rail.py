@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats, find_runs
-from fecontact.bodies import Track, TrackSide
+from fecontact.bodies import ROLLING_RADIUS_MM, Track, TrackSide
 from fecontact.errors import CoverageError, InputError
 from fecontact.placement.along_track import PlacedIrregularities
 from fecontact.placement.carrying import find_support_problem, is_beyond_flank
@@ -411,7 +411,7 @@ def set_up_pair(
     wheel_profile: Profile,
     *,
     inclination_rad: float,
-    rolling_radius_mm: float = 460.0,
+    rolling_radius_mm: float = ROLLING_RADIUS_MM,
     track: Track | None = None,
     flange_climb: bool = False,
 ) -> Pair:
@@ -458,7 +458,7 @@ def place(
     lateral_shift_mm: float = 0.0,
     roll_rad: float = 0.0,
     yaw_rad: float = 0.0,
-    rolling_radius_mm: float = 460.0,
+    rolling_radius_mm: float = ROLLING_RADIUS_MM,
     track: Track | None = None,
     side: TrackSide = "left",
     reach_mm: float = TOUCH_REACH_MM,

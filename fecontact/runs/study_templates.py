@@ -5,10 +5,16 @@ from __future__ import annotations
 from importlib.resources import files
 from pathlib import Path
 
+from fecontact.case import INPUTS
 from fecontact.errors import InputError
 from fecontact.files import write_text
+from fecontact.inputs.templates import fill_python_template, fill_toml_template
 
-_TEMPLATES = {"cases.toml": "cases.toml", "study.py": "study.py.txt"}
+# Template of each file, and the function that fills it with the defaults of a case.
+_TEMPLATES = {
+    "cases.toml": ("cases.toml", fill_toml_template),
+    "study.py": ("study.py.txt", fill_python_template),
+}
 
 
 def write_templates(folder: Path) -> tuple[Path, ...]:
@@ -33,4 +39,7 @@ def write_templates(folder: Path) -> tuple[Path, ...]:
     if existing_files:
         raise InputError(f"init would overwrite {', '.join(existing_files)}; give another folder")
     templates = files("fecontact.runs") / "templates"
-    return tuple(write_text(folder / name, (templates / file).read_text("utf-8")) for name, file in _TEMPLATES.items())
+    return tuple(
+        write_text(folder / name, fill_template((templates / file).read_text("utf-8"), INPUTS))
+        for name, (file, fill_template) in _TEMPLATES.items()
+    )

@@ -10,17 +10,19 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.case import INPUTS
 from fecontact.errors import InputError
+from fecontact.features.fleet.model import FleetSettings
 from fecontact.files import write_text
+from fecontact.inputs.slots import list_input_places
+from fecontact.inputs.templates import fill_toml_template
 from fecontact.profiles.examples import format_points, make_worn_points
 
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
 _RADII_M = (300.0, 500.0, 1000.0, 3000.0, 10_000.0)
 _MOST_PROFILES = 10_000
-_FLEET_TEXT = """# Example of a fleet: worn copies of library profiles with noise.
-seed = {seed}
-theory = "strip"
-filters_mm = [4, 8]
+_FLEET_TEMPLATE = """theory = ${theory}
+filters_mm = ${filters_mm}
 
 [wheels]
 files = "wheels.csv"
@@ -36,7 +38,7 @@ count = 5
 values = [60, 100]
 
 [case]
-inclination = "1:40"
+inclination = ${inclination}
 """
 
 
@@ -71,7 +73,9 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
     }
     for name, text in tables.items():
         write_text(folder / f"{name}.csv", text)
-    return write_text(folder / "fleet.toml", _FLEET_TEXT.format(seed=seed))
+    settings = fill_toml_template(_FLEET_TEMPLATE, [*list_input_places(FleetSettings()), *INPUTS])
+    heading = f"# Example of a fleet: worn copies of library profiles with noise.\nseed = {seed}\n"
+    return write_text(folder / "fleet.toml", heading + settings)
 
 
 def _write_wheel(folder: Path, number: int, seed: int) -> str:

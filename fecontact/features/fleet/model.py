@@ -195,7 +195,7 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
 
 
 @input_dataclass
-class _TopLevelKeys:
+class FleetSettings:
     """Keys at the top level of the file, outside its tables."""
 
     seed: float = number_field(1.0, "Seed of random draws", low=0.0, high=2**53, remedy="give a whole number")
@@ -289,12 +289,12 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
         "loads_kN": Distribution,
         "positions": Positions,
     }
-    top = {key.name for key in fields(_TopLevelKeys)}
+    top = {key.name for key in fields(FleetSettings)}
     for key in content.keys() - {*tables, *top, "case"}:
         raise InputError(
             f"{key}: there is no such key; keys: {', '.join(sorted(top))}; tables: {', '.join(tables)}, case"
         )
-    values = read_table(_TopLevelKeys, "fleet", {key: value for key, value in content.items() if key in top})
+    values = read_table(FleetSettings, "fleet", {key: value for key, value in content.items() if key in top})
     separate = {name for name, kind in tables.items() if kind is Distribution}
     if "positions" in content and (distributions := sorted(separate & content.keys())):
         raise InputError(
