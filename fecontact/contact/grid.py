@@ -359,7 +359,11 @@ class Field:
         return Field(grid=grid, values=np.where(is_inside, shapes_x.T @ self.values @ shapes_s, 0.0))
 
     def _fill_between_bands(self) -> Field:
-        """Field with zeros on cells between its bands."""
+        """Field with zeros on cells between its bands.
+
+        The widths of the new cells grow from one band and shrink to the next band. A field on a single band is returned
+        unchanged.
+        """
         bands = self.grid.bands
         if len(bands) == 1:
             return self

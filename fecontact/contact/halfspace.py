@@ -173,7 +173,11 @@ def _wave_stiffness(band: ContactGrid, contact_modulus_MPa: float) -> Compliance
 
 
 def _compliance_on_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
-    """Compliance of a pair of half-spaces on the nodes of several bands."""
+    """Compliance of a pair of half-spaces on the nodes of several bands.
+
+    The result maps pressures (n,) in MPa at all nodes of the grid to openings (n,) in mm. Within a band it uses the
+    fast compliance of a uniform grid; between bands it uses `_opening_between_bands`.
+    """
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
     band_compliances = [build_half_space_compliance(band, contact_modulus_MPa) for band in grid.bands]
     opening_between_bands = _opening_between_bands(grid, contact_modulus_MPa)

@@ -416,7 +416,20 @@ def theory_contact_from_rung(rung: Rung) -> TheoryContact:
 
 
 def _patch_from_field(field: Field, force_N: float) -> TheoryPatch:
-    """Patch with the pressure of a field."""
+    """Patch with the pressure of a field.
+
+    Parameters
+    ----------
+    field
+        Pressure in MPa on a grid in mm from the first contact point.
+    force_N
+        Normal force of the patch.
+
+    Returns
+    -------
+    TheoryPatch
+        Lengths in mm. The box has the extents of the patch, which end within the outermost loaded cells.
+    """
     patch = measure_patch(field)
     x, s = (np.flatnonzero(field.values.any(axis=axis)) for axis in (1, 0))
     ends = ((field.grid.x_mm[x[end]], field.grid.s_mm[s[end]]) for end in (0, -1))

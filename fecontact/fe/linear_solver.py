@@ -144,7 +144,15 @@ class _PardisoFactor:
     """
 
     def __init__(self, matrix: bsr_matrix) -> None:
-        """Analyse and factor a matrix (3n, 3n) in 3 x 3 blocks."""
+        """Analyse and factor a symmetric matrix (3n, 3n) in 3 x 3 blocks.
+
+        Only the upper blocks are used, in single precision.
+
+        Raises
+        ------
+        MemoryShortageError
+            If the factor needs more memory than is free.
+        """
         rows = _block_rows(matrix)
         block_rows = matrix.indptr.size - 1
         upper = matrix.indices >= rows

@@ -314,9 +314,21 @@ def _place_graded_nodes(trace: Floats, end_steps: tuple[float, float]) -> Floats
 
 
 def _graded_places(breaks: Floats, end_steps: tuple[float, float]) -> Floats:
-    """Places from 0 to the last break, in steps that grow away from both ends.
+    """Positions from 0 to the last break, in steps that grow away from both ends.
 
     The number of steps between two breaks is even.
+
+    Parameters
+    ----------
+    breaks
+        Ascending arc lengths in mm that must be positions; the first is 0.
+    end_steps
+        Step in mm at the start and at the end. Steps grow by `_OUTLINE_GROWTH` mm per mm, up to `_MAX_OUTLINE_SIZE_MM`.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Positions in mm, with both ends.
     """
     length = breaks[-1]
     fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))

@@ -481,7 +481,7 @@ def estimate_budgets(
 
 
 def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float) -> UncertaintyBudget:
-    """Contributions to the uncertainty of a deviation, from those of the measure of the finite elements.
+    """Contributions to the uncertainty of a deviation, from the contributions of the measure.
 
     Parameters
     ----------
@@ -495,8 +495,8 @@ def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float
     Returns
     -------
     UncertaintyBudget
-        For `MEASURES`, the deviation is (theory - FE) / FE, and the contributions are multiplied by 1 + deviation. For
-        `MISFITS` they are unchanged.
+        For `MEASURES`, the deviation is (theory - FE) / FE, and the contributions are multiplied by abs(1 + deviation).
+        For `MISFITS` they are unchanged.
     """
     return budget.scaled(abs(1.0 + deviation)) if measure in MEASURES else budget
 

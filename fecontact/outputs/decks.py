@@ -107,7 +107,21 @@ def _unit_lines(half: bool) -> list[str]:
 def _mesh_lines(
     mesh: BodyMesh, element: ElementType, *, first_node: int, first_element: int, prefix: str
 ) -> Iterator[str]:
-    """Iterate over the lines of elements, node sets and surfaces of a body."""
+    """Iterate over the lines of elements, node sets and surfaces of a body.
+
+    The format is the input of Abaqus and CalculiX.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body.
+    element
+        Type of the elements in the deck.
+    first_node, first_element
+        Numbers of the first node and of the first element of the body.
+    prefix
+        Start of the names of sets and surfaces, so that they are unique in the deck.
+    """
     yield f"*ELEMENT, TYPE={element}, ELSET={mesh.name}"
     for number, nodes in enumerate((mesh.hexes + first_node).tolist(), start=first_element):
         yield f"{number}, {', '.join(map(str, nodes))}"

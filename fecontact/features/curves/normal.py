@@ -659,7 +659,11 @@ def adapt_gap_line_theory(at_approach: GapLineTheory) -> NormalTheory:
     """
 
     def normal(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchStrips, ...]:
-        """Solve each stretch that overlaps as a gap line."""
+        """Solve each stretch that overlaps as a gap line.
+
+        The gap line of a stretch is on a lattice that is fixed to the rail; its approach is the largest depth.
+        Stretches with fewer than `_MIN_LATTICE_POINTS` points give no patch.
+        """
         patches: list[PatchStrips] = []
         for first, last in find_runs(overlap.depth_mm > 0.0):
             low, high = max(0, first - _EXTRA_POINTS), min(overlap.s_mm.size - 1, last + _EXTRA_POINTS)
@@ -762,7 +766,23 @@ def _find_deepest_points(overlap: Overlap) -> list[int]:
 
 
 def _solve_ellipse(overlap: Overlap, point: int, contact_modulus_MPa: float) -> PatchStrips:
-    """Hertz's spring and ellipse about a point of locally largest depth."""
+    """Hertz's spring and ellipse about a point of locally largest depth.
+
+    Parameters
+    ----------
+    overlap
+        Depth (mm) of the rigid overlap over s (mm), and its curvature along.
+    point
+        Index of the sample with the largest depth.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    PatchStrips
+        Strips of the ellipse, with the force per width in N/mm. The curvature across is from a chord about the deepest
+        point, and at least `_MIN_CURVATURE_PER_MM`.
+    """
     s, depth = overlap.s_mm, overlap.depth_mm
     neighbours = slice(point - 1, point + 2)
     # the parabola through the point and its neighbours

@@ -259,7 +259,11 @@ def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
 
 
 def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -> str:
-    """Text with all measures, deviations, uncertainties, limits and lobes of a load."""
+    """Text with all measures, deviations, uncertainties, limits and lobes of a load.
+
+    It is a table in monospace columns, with the key of the line styles and the status below. At a junction the numbers
+    are by the curvature of the field side. With a yield stress they are of the bodies that yield.
+    """
     comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
     judgement = judgement if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
