@@ -604,7 +604,13 @@ def _fit_grid(grid: ContactGrid, solution: ContactSolution, nodes: float) -> Con
 def _build_grid(low: float, high: float, half_width: float, step_x: float, step_y: float) -> ContactGrid:
     """Nodes along x from low to high, and across up to the half width.
 
-    There are two more nodes at each end.
+    All lengths are in mm. There are two more nodes at each end. The grid is half across, and its axis `s_mm` is along
+    the rail (`step_x`).
+
+    Raises
+    ------
+    ConvergenceError
+        If there are more than `_MAX_NODES` nodes.
     """
     count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(half_width / step_y)) + 3
     if count_x * count_y > _MAX_NODES:

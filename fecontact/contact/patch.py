@@ -167,9 +167,16 @@ def _interpolate_peak(pressure: Floats) -> float:
 
 
 def _measure_lobes(pressure: Floats, force_shares: Floats, positions: Floats) -> tuple[tuple[Lobe, ...], float]:
-    """Lobes of a pressure in descending order, and the valley.
+    """Lobes in descending order of their peaks, and the depth of the valley (-).
 
-    The pressure is (nx, ns). The force shares (ns,) are the fractions of the force on each column.
+    Parameters
+    ----------
+    pressure
+        Pressure (nx, ns) in MPa.
+    force_shares
+        Fraction of the force on each column (ns,).
+    positions
+        Lateral position of each column (ns,) in mm.
     """
     ridge, peaks, ends, valley = _find_lobes(pressure)
     lobes = (
@@ -401,6 +408,18 @@ def _continue_once(squares: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats
 
     If several continuations reach a node, then the value is their mean. Continuations through three nodes are
     preferred. If no continuation has two nodes to start from, then the value is the negative neighbour.
+
+    Parameters
+    ----------
+    squares
+        Squared pressures (nx, ns).
+    is_valid
+        Mask (nx, ns) of the nodes with a value.
+
+    Returns
+    -------
+    squares, is_valid
+        Values and mask with the new nodes.
     """
     is_next_to_valid = binary_dilation(is_valid) & ~is_valid
     padded, padded_is_valid = np.pad(squares, _CONTINUATION_NODES), np.pad(is_valid, _CONTINUATION_NODES)

@@ -382,7 +382,8 @@ def _containing_cells(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Index of the node with the cell around each position, and a mask.
 
-    The mask is false for positions outside all cells.
+    The mask is false for positions outside all cells. `nodes` (n,) ascend; `widths` are the widths of their cells in
+    the unit of the nodes (mm).
     """
     widths = np.broadcast_to(widths, nodes.shape)
     index = np.clip(np.searchsorted(nodes - 0.5 * widths, positions, side="right") - 1, 0, nodes.size - 1)

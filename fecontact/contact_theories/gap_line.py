@@ -625,6 +625,15 @@ def _approach_for_force(
 
     The force may increase or decrease with the approach. The method uses secants, with half the value at an end that
     stays (Illinois, Dowell and Jarratt 1971). Every fourth step halves the range, for a force that jumps.
+
+    Parameters
+    ----------
+    at_approach
+        Contact at an approach in mm.
+    target_N
+        Wanted normal force.
+    low, high
+        Approaches in mm on both sides of the solution.
     """
     error_low, error_high = (at_approach(end).normal_force_N / target_N - 1.0 for end in (low, high))
     for step in range(1, _MAX_ROOT_STEPS + 1):

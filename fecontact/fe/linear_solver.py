@@ -243,7 +243,8 @@ def decouple_fixed(matrix: bsr_matrix, is_free: NDArray[np.bool_]) -> bsr_matrix
 def _build_multigrid(matrix: bsr_matrix, is_free: NDArray[np.bool_], points: Floats) -> Callable[[Floats], Floats]:
     """Build the multigrid hierarchy of a matrix by smoothed aggregation.
 
-    The function that it returns is a single cycle.
+    The function that it returns is a single cycle. `points` (n, 3) are the nodes in mm, and `is_free` (3n,) marks the
+    free degrees of freedom.
     """
     import pyamg
 

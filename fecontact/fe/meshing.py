@@ -350,9 +350,10 @@ def _wheel_intervals(placement: Placement, zone: FineZone) -> list[tuple[float, 
 
 
 def _wheel_arc_lengths(placement: Placement, zone: FineZone, stretch: Stretch) -> tuple[float, float]:
-    """Arc lengths on the wheel's profile opposite a stretch of the rail's zone.
+    """Lowest and highest arc length (mm) on the wheel's profile opposite a stretch of the rail's zone.
 
-    The opposite points lie along the rail's normals.
+    The opposite points lie along the rail's normals, at the middle and at both ends of the zone. A zone without bands
+    gives at least the arc lengths of the stretch.
     """
     pose = placement.wheel
     middle = float(pose.profile.arc_length(placement.first.wheel_u))

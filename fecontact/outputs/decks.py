@@ -207,7 +207,8 @@ def _material_lines(body: str, material: Material) -> list[str]:
 def _guide_lines(wheel: BodyMesh, direction: Floats, rail_node_count: int, load_point: int) -> Iterator[str]:
     """Iterate over the equations that guide the rim by the load point.
 
-    Each node of the rim moves along the direction of the load with the load point.
+    Each node of the rim moves along the direction of the load with the load point. `rail_node_count` is the number of
+    nodes before the wheel's nodes, and `load_point` the number of the node of the load.
     """
     yield "*EQUATION"
     for node in (np.unique(wheel.surfaces["driven"]) + rail_node_count + 1).tolist():

@@ -771,7 +771,7 @@ class _ContactPointsOverShift:
         return None if left is None or right is None else (left, right)
 
     def _find_jump(self, side: TrackSide, low: float, high: float) -> Jump | None:
-        """A jump between two shifts, by bisection.
+        """A jump between two shifts (mm), by bisection; None if the contact point moves continuously.
 
         The bisection ends if the contact points at both ends are close.
         """

@@ -539,7 +539,19 @@ class CoupledMesh:
             self._problem = make_coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
 
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field | None], *, at_edge: bool) -> Level:
-        """Make the level of a solved contact, with the contact on finer nodes."""
+        """Make the level of a solved contact, with the contact on finer nodes.
+
+        Parameters
+        ----------
+        position
+            Position with its gap function and load.
+        nodal
+            Contact on the elements' nodes.
+        added
+            Opening in mm that the elements add to the half-space, by the fit and by the other fit (None without it).
+        at_edge
+            Whether the contact is near the edge of the zone.
+        """
         bodies = self.bodies
         with position.clock.step("resolve"):
             half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
@@ -803,7 +815,11 @@ class Meshes:
         return None
 
     def _level(self, position: Position, coarser: float, seconds_left: float | None = None) -> Level:
-        """Solve a level and measure its wall time."""
+        """Solve a level and measure its wall time.
+
+        `coarser` is the size of the elements as a factor of the size of the case. `seconds_left` is the estimated time,
+        for the progress only.
+        """
         clock, start_seconds = position.clock, time.perf_counter()
         clock.stage = _describe_stage(position.case, coarser, seconds_left)
         try:
@@ -869,7 +885,11 @@ def _solve_with_turned_normals(position: Position) -> Rung | None:
 
 
 def _describe_stage(case: Case, coarser: float, seconds_left: float | None) -> str:
-    """Description of the present meshes and of their remaining time, for waiting users."""
+    """Description of the present meshes and of their remaining time, for waiting users.
+
+    `coarser` is the factor on the size of the elements: 1 for the first meshes, above 1 for coarser meshes, below 1 for
+    finer meshes.
+    """
     if coarser == 1.0:
         return "first meshes"
     time_left = "" if seconds_left is None else f", about {max(seconds_left, 1.0):.0f} s left"

@@ -220,9 +220,10 @@ class Surfaces:
         )
 
     def _estimate_depth(self, y: Floats, z: Floats) -> Floats:
-        """Estimate the depths (n,) of points below the rail.
+        """Estimate the depths (n,) in mm of points below the rail, positive inside the rail.
 
-        Each depth is relative to the tangent of the rail at the position of the point along the slant.
+        Each depth is relative to the tangent of the rail at the position of the point along the slant. `y` and `z` (n,)
+        are in mm.
         """
         _, table = self._rail
         index = np.searchsorted(table[5, :-1], y * np.cos(_SLANT_RAD) + z * np.sin(_SLANT_RAD))
@@ -261,7 +262,10 @@ class Surfaces:
 
 
 def _interpolate_cubic(fraction: Floats, start: Floats, end: Floats, start_rate: Floats, end_rate: Floats) -> Floats:
-    """Cubic between two points with given rates, at a fraction from 0 to 1."""
+    """Cubic between two points with given rates, at a fraction from 0 to 1.
+
+    The rates are per unit of the fraction. All arrays are broadcast to a common shape.
+    """
     change = end - start
     return np.asarray(
         start
@@ -745,7 +749,10 @@ def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
 def _split_into_patches(
     s_mm: Floats, width_mm: Floats, half_length_mm: Floats, force_N_per_mm: Floats, problem: str = ""
 ) -> tuple[PatchStrips, ...]:
-    """Split strips into a patch for each unbroken run of strips that carry load."""
+    """Split strips into a patch for each unbroken run of strips that carry load.
+
+    All arrays are (n,); `problem` is given to each patch.
+    """
     return tuple(
         PatchStrips(
             s_mm=s_mm[first : last + 1],

@@ -229,7 +229,8 @@ def _query_subpopulations(
 ) -> dict[str, Subpopulation]:
     """Subpopulations by an SQL expression of the wheels or the rails.
 
-    They are in the order of a second expression.
+    `body` is `wheel` or `rail`, `value_sql` the expression of a row of its profiles. The result is by the value, in the
+    order of the expression `order_sql`.
     """
 
     def join_profiles(table: str) -> str:

@@ -453,6 +453,17 @@ def _interpolate_amplitude(amplitudes: Sequence[float], worst: Sequence[float], 
     """Interpolate the amplitude between two cells at which the error passes the limit.
 
     If an error is not finite or not positive, then the result is the amplitude of the cell that holds.
+
+    Parameters
+    ----------
+    amplitudes
+        Ascending amplitudes of the cells in mm.
+    worst
+        Larger of both errors in each cell (-).
+    index
+        Index of the first cell beyond the limit, at least 1.
+    limit
+        Limit of the error (-).
     """
     (low, high), (error_below, error_above) = amplitudes[index - 1 : index + 1], worst[index - 1 : index + 1]
     if not np.isfinite([error_below, error_above]).all() or min(error_below, error_above) <= 0.0:

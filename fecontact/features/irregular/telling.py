@@ -478,7 +478,11 @@ def _describe_smooth_pair(record: TableRecord) -> str:
 
 
 def _make_limits_table(record: TableRecord) -> Table:
-    """Make a table with the largest amplitudes of each model, a line for each wavelength."""
+    """Make a table with the largest amplitudes of each model, a line for each wavelength.
+
+    Amplitudes are in um: up to them the errors of force and peak are within the limit of the record. Wavelengths are in
+    mm and in lengths of the patch.
+    """
     columns = [
         number_column("wavelength\nmm", "wavelength_mm"),
         number_column("in patch\nlengths", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),

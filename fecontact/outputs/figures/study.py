@@ -220,7 +220,11 @@ def _draw_answers(ax: Axes, rows: Sequence[RowMapping]) -> None:
 def _draw_series(
     ax: Axes, group: Sequence[RowMapping], value: Floats, uncertainty: Floats | None = None, **style: Any
 ) -> None:
-    """Draw a curve with error bars over the usable rows, and crosses at unusable rows."""
+    """Draw a curve with error bars over the usable rows, and crosses at unusable rows.
+
+    `value` and `uncertainty` have a number for each row of `group`, in the unit of the axis. The curve is broken at
+    unusable rows and at jumps of the contact point.
+    """
     shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([is_usable_status(row) for row in group])
     usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
     # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump

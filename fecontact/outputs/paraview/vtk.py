@@ -268,7 +268,8 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
 def _mirror_values(mesh: BodyMesh, values: Floats) -> Floats:
     """Values at the nodes of a body, followed by the values of its mirror image.
 
-    The values are scalars (n,) or vectors (n, 3).
+    The values are scalars (n,) or vectors (n, 3); the mirror changes the sign of the x component of vectors. Values of
+    a body that is not half are returned unchanged.
     """
     if not mesh.half:
         return values
