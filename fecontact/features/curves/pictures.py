@@ -96,7 +96,11 @@ def _draw_single_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]
 
 
 def _draw_over_curvature(axes: NDArray[Any], runs_by_theory: Mapping[str, Sequence[CurveRun]]) -> None:
-    """Draw the results over the curvature, a curve for each path and theory."""
+    """Draw the results over the curvature, a curve for each path and theory.
+
+    The four panels are lateral shift (mm), yaw (mrad), Y/Q of the outer wheel, and resistance (N/kN). The curvature is
+    in 1/km, positive to the right. Runs without a balance are left out.
+    """
     for index, (theory, runs) in enumerate(runs_by_theory.items()):
         balanced_runs = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
         # a curve of the picture ends at the end of its path

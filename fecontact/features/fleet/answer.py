@@ -332,7 +332,7 @@ def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulatio
 
 
 def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
-    """Columns of profiles that make classes, by body.
+    """Columns of profiles that make classes, as pairs (body, column).
 
     A class has at least two profiles on average.
     """

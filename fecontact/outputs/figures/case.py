@@ -211,7 +211,11 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats], elastic: Floats | None) -> None:
-    """Draw the pressures (MPa) of finite elements and Hertz over a coordinate (mm)."""
+    """Draw the pressures (MPa) of finite elements and Hertz over a coordinate (mm).
+
+    `fe` and `hertz` are pairs (coordinates, pressures). `elastic` is the pressure of elastic bodies at the coordinates
+    of `fe`, if `fe` belongs to bodies that yield; None if not.
+    """
     yields = "" if elastic is None else ", bodies that yield"
     ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label=f"finite elements{yields}")
     if elastic is not None:
