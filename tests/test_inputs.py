@@ -61,6 +61,7 @@ def creepage(key: str, option: str, label: str) -> Row:
 
 
 def material(body: str) -> dict[tuple[str, str], Row]:
+    """Rows of the inputs of a material."""
     table = f"{body}_material"
     positive = "allowed: finite and > 0"
     return {
@@ -99,6 +100,7 @@ def limit(key: str, measure: str, default: str) -> Row:
 
 
 def file(body: str) -> dict[tuple[str, str], Row]:
+    """Rows of the inputs of a profile file."""
     table = f"{body}_file"
     return {
         (table, "units"): Row(
@@ -753,6 +755,7 @@ def test_values_of_another_type_are_refused_by_python(change):
 
 
 def refusal(folder: Path, text: str) -> str:
+    """Message with which a study file is refused, without the name of the file."""
     with pytest.raises(InputError) as refused:
         cases_by_file(folder, text)
     message = str(refused.value)
