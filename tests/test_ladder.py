@@ -543,7 +543,7 @@ CONFORMAL_E = combine_moduli_MPa(CONFORMAL_STEEL, CONFORMAL_STEEL)
 
 
 def conformal_pair() -> Placement:
-    """Wheel fillet R 10.2 on a rail corner R 10, with the touch point under 45 degrees."""
+    """Wheel fillet R 10.2 on a rail corner R 10 under 45 degrees."""
     at = math.radians(135.0)
     rail_arc = Arc(centre=(0.0, -10.0), radius=10.0, angle_from=math.radians(179.0), angle_to=math.radians(45.0))
     # the tape circle lies at the touch point, where the rolling radius is known

@@ -86,7 +86,7 @@ def quick(request) -> Quick:
 
 
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
-    """Run a study at quick resolution, compare it with its baseline, and check its conclusion."""
+    """Run a quick study, and compare it with its baseline and its checks."""
     outcome = study_by(load_study(STUDIES / f"{name}.py", quick=True), out, crew=inline_crew())
     assert outcome.all_converged
     comparison = compare_tables(load_table(BASELINES / f"{name}.csv"), load_table(out))

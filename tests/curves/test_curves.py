@@ -259,7 +259,7 @@ def test_a_contact_ten_times_as_large_has_strips_ten_times_as_long():
     """The contact has nodes of a 24th of its size, if it is narrower than 7 mm."""
 
     def longest(size: float) -> float:
-        """Half length (mm) of the longest strip of a contact that is enlarged by a factor."""
+        """Half length (mm) of the longest strip of an enlarged contact."""
         s = size * np.arange(-1.0, 1.005, 0.01)
         overlap = Overlap(
             s_mm=s,

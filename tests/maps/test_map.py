@@ -2447,7 +2447,7 @@ CYLINDERS = replace(ROUND, resolution="quick")
 
 
 def check_cylinders(points):
-    """Check that Hertz holds, and that the peak grows with the cube root of the force."""
+    """Check Hertz's verdict, and a peak that grows with the cube root of the force."""
     assert [p.verdict.answer for p in points] == ["HOLDS"] * len(points)
     p0 = np.array([p.comparison.fe.p_max_MPa for p in points])
     force = np.array([p.normal_force_N for p in points])
