@@ -14,12 +14,13 @@ From 0 to 10 mm both wheels are compared on the half-space, with the roll of the
 climbs its rail: it touches it beyond the steepest place of its flange (70 degrees), at 66 degrees at 6.5 mm and 46 at
 10 mm, 3 to 8 mm above where it runs. That is refused unless it is asked for, as it is here (`flange_climb`).
 
-The right wheel of the benchmark runs towards its flange; both wheels are one pair here, with the shift towards or away
-from the rail.
+The right wheel of the benchmark runs towards its flange. Here both wheels are the same pair, with the shift towards the
+rail or away from it.
 
-Found: by finite elements at 8 mm, `quick`, the peak is 0.7 % lower. On the climbing flange the reference's cells are
-half of the half-width: the same pressure on such cells is off by +2.2 to -2.8 %. The roll of the loaded wheelset agrees
-to 0.0006 mrad from 1 to 5 mm, 0.004 at 0.5, 5.5 and 6 mm, 0.0035 at 6.5 mm and 0.0016 beyond.
+Found: by finite elements at 8 mm, `quick`, the peak is 0.7 % lower. On the climbing flange the cells of the reference
+are half as long as the half-width; on such cells the same pressure has a deviation of +2.2 to -2.8 %. The roll of the
+loaded wheelset agrees to 0.0006 mrad from 1 to 5 mm, to 0.004 at 0.5, 5.5 and 6 mm, to 0.0035 at 6.5 mm and to 0.0016
+beyond.
 """
 
 from functools import cache

@@ -1,16 +1,15 @@
 """Does Hertz hold on a crane rail, whose head is nearly flat, and how close to its corner?
 
-DIN 536 heads A100 and A120 (crown 500 and 600 mm, corners 10 mm) under a cylindrical wheel of radius 400 mm (800 mm
-in diameter, a preferred number, of the size that is built for such loads), 100 and 250 kN. The rail is tilted about its
-axis, as one that is laid or bends out of true, and the wheel set over the touch point, which so moves from the centre
-to the corner: until the joint of crown and corner arc comes to half of Hertz's semi-axis. The tilt that this takes (up
-to 80 mrad) is far above what a crane runway has; what counts is the distance that remains.
+DIN 536 heads A100 and A120 (crown 500 and 600 mm, corners 10 mm) under a cylindrical wheel of radius 400 mm (800 mm in
+diameter, a preferred number, and a usual size for such loads), 100 and 250 kN. The rail is tilted about its axis, as
+after imprecise laying or bending, and the wheel is placed over the touch point. The touch point thus moves from the
+centre towards the corner, until the joint of crown and corner arc is at half of Hertz's semi-axis. The tilt for this
+(up to 80 mrad) is far above the tilt of a crane runway; the result depends on the remaining distance.
 
-Reference: Hertz's ellipse with the crown's curvature (analytic); whether it holds there is this package's own answer,
-by all measures of its verdict. Expected, after the claim of Yan and Fischer
-(2000, who had a crane rail too): it holds while the patch stays on the crown arc, and fails as soon as it reaches over
-the joint. For comparison the pressure of a line contact over the width without the corners: what is left out by whoever
-takes the head for flat.
+Reference: Hertz's ellipse with the crown's curvature (analytic). The verdict of this package, by all measures, answers
+whether it holds there. Expected, after the claim of Yan and Fischer (2000, who also had a crane rail): Hertz holds
+while the patch stays on the crown arc, and fails as soon as the patch reaches over the joint. For comparison, the
+pressure of a line contact over the width without the corners, which is the usual approximation of a flat head.
 """
 
 from collections.abc import Iterable

@@ -1,19 +1,19 @@
 """Does Hertz hold on a switch tongue, whose head is planed so thin that it is far from a half-space?
 
-Four machined tongue sections with heads 20 to 40 mm thick, and the full 60E1 head (72 mm), all with a crown of 300 mm
-under a wheel cylinder of radius 460 mm, 50 kN: about half a wheel load, as where the wheel comes over from the stock
-rail. The patch (8.6 mm wide) lies wholly on the crown arc, so that Hertz and the true gap on a half-space are the same
-on all of them: what differs is the body, the ladder's last step. One more case has the load 3 mm off the middle of the
-thinnest head, towards its planed back.
+Four machined tongue sections have heads 20 to 40 mm thick; the full 60E1 head has 72 mm. All have a crown of 300 mm
+under a wheel cylinder of radius 460 mm, 50 kN: about half a wheel load, as where the wheel moves from the stock rail to
+the tongue. The patch (8.6 mm wide) is completely on the crown arc, so that Hertz and the true gap on a half-space are
+equal for all sections. Only the body differs, which is the last step of the ladder. A further case has the load 3 mm
+off the middle of the thinnest head, towards its planed back.
 
 The sections (`profiles/switch_tongue_*.toml`, written by `write_profiles`) are made up, but typical: 134 mm high as
 tongue rails are, a head with vertical sides that is planed on its back down to 60 mm below the crown, below it a web of
 44 mm and a foot that is cut off on the side of the stock rail. Bodies are cut at 110 mm below the crown and 60 mm to
 each side, where they are held across: the bending of the whole tongue between its slide chairs is not included.
 
-Reference: this package's own solution with the full head. Expected: the approach grows with slenderness by tens of per
-cent, the pressure hardly: bending and compressing the head moves the patch and does not change its gap. Whether Hertz
-still holds is the verdict's answer.
+Reference: the solution of this package with the full head. Expected: with slenderness the approach grows by tens of per
+cent and the pressure hardly changes, because bending and compressing the head move the patch and do not change its gap.
+The verdict answers whether Hertz still holds.
 """
 
 import json

@@ -7,10 +7,10 @@ steel R260, from memory). Expected at `standard`: the largest von Mises stress w
 more below a head of radius R, see `depth_limit_percent`), and the load of first yield, which goes with its third power,
 within 9 %.
 
-The layers of the meshes are 0.15 to 0.25 semi-axes apart there: depth and size are read from a cubic spline through the
-nodes along the axis (fecontact/fe/stress.py), which costs 0.2 % of the depth on the exact stresses. Hertz takes
-both bodies for half-spaces: below a head of radius 13 mm, 13 semi-axes across, the stress has less room to spread than
-in one, and the peak lies deeper than in the wheel.
+The layers of the meshes are 0.15 to 0.25 semi-axes apart below the patch. Depth and size are read from a cubic spline
+through the nodes along the axis (fecontact/fe/stress.py); on the exact stresses this has an error of 0.2 % of the
+depth. Hertz assumes half-spaces: below a head of radius 13 mm, 13 semi-axes across, the stress has less room to spread,
+and the peak is deeper than in the wheel.
 """
 
 from pathlib import Path

@@ -10,14 +10,15 @@ that; and its force is the sum of p dA, not the part along the contact normal. W
 half-space here must give its figures within 0.1 %. With the wheel of revolution the peak is 2 % lower under the same
 force, and the patch 8 % larger: that is the wheel, and no error of either code. Expected: Hertz about 12 % too low.
 
-The bodies behind the arcs are made up here (an upright side and a level top, cut at 60 mm).
+The bodies behind the arcs are not from the user guide (an upright side and a level top, cut at 60 mm).
 
-What finite bodies add is held against another theory, too: four grooves of 10.25 to 10.02 mm on a head of R 10, after
-Li (2002), as in the test bank of CONTACT 25, but without friction (profiles/conforming_grooves.csv). It has them with
-the influence of a half-space, and with that of curved bodies by Blanco-Lorenzo. Expected: half-spaces within 0.15 % of
-its peak; finite elements within 0.5 % of that on curved bodies; and the step from one to the other, -0.7 to -1.7 %
-there, within what is stated for it. Found at `quick`: half-spaces within 0.1 %; finite elements +0.49, +0.38, +0.20 and
--0.16 %, steps of -0.28 ± 0.63, -0.58 ± 0.98, -0.91 ± 1.17 and -1.74 ± 1.11 %.
+The effect of finite bodies is compared with another theory, too: four grooves of 10.25 to 10.02 mm on a head of R 10,
+after Li (2002), as in the test bank of CONTACT 25, but without friction (profiles/conforming_grooves.csv). CONTACT
+solves them with the influence of a half-space and with Blanco-Lorenzo's influence of curved bodies. Expected:
+half-spaces within 0.15 % of the peak of CONTACT; finite elements within 0.5 % of its peak on curved bodies; and the
+step from half-spaces to bodies, -0.7 to -1.7 % in CONTACT, within its stated uncertainty. Found at `quick`: half-spaces
+within 0.1 %; finite elements +0.49, +0.38, +0.20 and -0.16 %, steps of -0.28 ± 0.63, -0.58 ± 0.98, -0.91 ± 1.17 and
+-1.74 ± 1.11 %.
 """
 
 import csv

@@ -13,17 +13,18 @@ and ANALYN good in area, too high in the peak where the curvature rises inside t
 writes `half_space.csv`; `fecontact run` of this file has each theory judged by finite elements at a position of each
 kind: where Hertz holds, where two lobes have grown together, and where two patches share the load.
 
-Found: strips are furthest off on 54E1 at 5 mm, where two patches in planes of their own share the load (b -12 %). The
-shape correction of Kik-Piotrowski changes its deviations to 8.6 % (peak) and 6.1 % (area) and makes it hold nowhere. By
-finite elements, 50 kN at -4, 0.25 and 5 mm, strips and half-space hold in all three (peaks within 0.3 and 0.9 %),
-ANALYN in two, at 5 mm beyond its range; STRIPES, KPEC, springs and the equivalent ellipse in the first, where Hertz
-does, Kik-Piotrowski in none; springs are open at 5 mm.
+Found: strips have their largest deviation on 54E1 at 5 mm, where two patches in separate planes share the load (b -12
+%). The shape correction of Kik-Piotrowski changes its deviations to 8.6 % (peak) and 6.1 % (area); with the correction
+it holds nowhere. Against finite elements, 50 kN at -4, 0.25 and 5 mm, strips and half-space hold at all three positions
+(peaks within 0.3 and 0.9 %). ANALYN holds at two positions; at 5 mm it is out of its range. STRIPES, KPEC, springs and
+the equivalent ellipse hold at the first position, as Hertz does; Kik-Piotrowski holds at no position. Springs are
+unresolved at 5 mm.
 
-Springs at all touch points, judged on the half-space in 49 contacts with two touch points (four rails, 20 and 100 kN),
-hold in 6, where the one ellipse fails; in 9 their peak is further off than the one ellipse's. Moved together to the
-common centre of pressure, as one ellipse is, they would misplace 12 to 38 % of the load where they misplace 2 to 8 % as
-they stand: shares that are off by 2 to 6 % move each away from its own patch. To move each to its own patch would
-change no verdict.
+Springs at all touch points were judged against the half-space in 49 contacts with two touch points (four rails, 20 and
+100 kN). They hold in 6 contacts in which the single ellipse fails; in 9 contacts their peak has a larger deviation than
+the peak of the single ellipse. The springs misplace 2 to 8 % of the load. If they were moved together to the common
+centre of pressure, as the single ellipse is, they would misplace 12 to 38 %: load fractions with errors of 2 to 6 %
+would move each ellipse away from its patch. Moving each ellipse to its patch would change no verdict.
 """
 
 import argparse

@@ -16,28 +16,28 @@ at R 500 and the metro's at R 300; without creep forces the normal force is a te
 run in full size only, in some two minutes; `curves.md` is their table.
 
 Found: without their yaw an ellipse is within the criteria of the strip method for 10 of 12 (metro) and 10 of 16
-(Manchester) wheels; not for the trailing wheelset at 1 to 2 mm, and outer leading wheels about 5 mm. Off the half-space
-are springs by up to 0.27 mm and 0.014 in Y/Q, overlapping strips by 0.12 mm and 0.013 (more than 10 % at R 3000 alone),
-Kik and Piotrowski by 0.16 mm and 0.005, the strip method by 0.02 mm and 0.001. Critical speeds by springs, overlapping
-strips, strip method and half-space: 239, 186, 217, 223 km/h (metro), 305, 242, 276, 272 km/h (Manchester); Kik and
-Piotrowski 177 and 248. The half-space's hangs on its nodes: 212 to 254 km/h on 8 along half the patch and 0.3 mm
-across, 221 to 223 on 16 and 0.1 mm, which are taken for straight track. A free wheelset on springs has no equilibrium
-at some radii.
+(Manchester) wheels. It is not within them for the trailing wheelset at 1 to 2 mm and for outer leading wheels at about
+5 mm. The largest deviations from the half-space are 0.27 mm and 0.014 in Y/Q for springs, 0.12 mm and 0.013 (more than
+10 % at R 3000 only) for overlapping strips, 0.16 mm and 0.005 for Kik and Piotrowski, and 0.02 mm and 0.001 for the
+strip method. Critical speeds by springs, overlapping strips, strip method and half-space: 239, 186, 217, 223 km/h
+(metro), 305, 242, 276, 272 km/h (Manchester); by Kik and Piotrowski 177 and 248. The critical speed by the half-space
+depends on its nodes: 212 to 254 km/h with 8 nodes along half the patch and 0.3 mm across, 221 to 223 with 16 and 0.1
+mm, which are used for straight track. A free wheelset on springs has no equilibrium at some radii.
 
-With their yaw, Hertz is off by -8.1 ± 0.3 % in the peak at the Manchester wheel (6.12 mm, 4.84 mrad, 58 kN, 1929 MPa;
-ANALYN holds) and by -16.9 ± 0.3 % at the metro's (6.21 mm, 5.57 mrad, 61 kN, 1662 MPa, a second lobe; open). At 6 mm
-and 50 kN without yaw it holds: such a verdict is not to be read off a map.
+With their yaw, Hertz has a deviation of -8.1 ± 0.3 % in the peak at the Manchester wheel (6.12 mm, 4.84 mrad, 58 kN,
+1929 MPa; ANALYN holds) and of -16.9 ± 0.3 % at the metro's wheel (6.21 mm, 5.57 mrad, 61 kN, 1662 MPa, a second lobe;
+unresolved). At 6 mm and 50 kN without yaw Hertz holds: a map does not give the verdict on a yawed wheel.
 
 224 cases (2 vehicles, both bogies, friction 0.15 to 0.5, -0.4 and 0.65 m/s2, 3000 to 200 m, overlapping strips) all
 have an equilibrium, with less than 1e-6 N left, in 0.44 CPU s each. In three of the 32 paths the trailing wheelset goes
 over to the inner rail between R 280 and R 240 within a fold; the equilibrium beyond it is found.
 
-Differences of the rolling radii at 0.1, 0.25, 0.5 and 1 mm, 60 kN a wheel: 0.0443, 0.1107, 0.2227, 0.4309 mm; the
-ladder's half-space has 0.0444, 0.1110, 0.2223, 0.4305 mm, the proven solution 0.042, 0.107, 0.222, 0.435 mm. What
-differs near the middle is most likely the other program's roll there: without roll both agree within 3 %.
+Differences of the rolling radii at 0.1, 0.25, 0.5 and 1 mm, 60 kN per wheel: 0.0443, 0.1107, 0.2227, 0.4309 mm; by the
+half-space of the ladder 0.0444, 0.1110, 0.2223, 0.4305 mm; by the proven solution 0.042, 0.107, 0.222, 0.435 mm. The
+differences near the middle are most likely due to the roll in the other program: without roll both agree within 3 %.
 
-Not made: tables of the loaded contact over shift, roll and load for Newton's method. The wheel that matters is yawed,
-so that they would need yaw as a fourth variable.
+Not made: tables of the loaded contact over shift, roll and load for Newton's method. The outer leading wheel is yawed,
+so that such tables would need yaw as a fourth variable.
 """
 
 from math import atan

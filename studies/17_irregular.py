@@ -7,20 +7,20 @@ parabola, each against the half-space with the irregularity in its gap.
 Reference: the half-space, and for the force of low waves the mean over the patch, sin(ka)/(ka), which is exact there.
 Expected: eq. 6 holds from some three lengths of the patch on at 10 um, from six at 50 um; on flats it does not.
 
-`cases()` are two waves and a worn flat by finite elements on R 300, and the smooth pair beside them: what the bodies
-add to the half-space should not know of the irregularity. The tables and the figure alone, in minutes:
+`cases()` are two waves and a worn flat by finite elements on R 300, and the smooth pair for comparison: the change from
+the half-space to finite bodies should not depend on the irregularity. The tables and the figure alone, in minutes:
 `python studies/17_irregular.py --figure`.
 
-Found (patch 15.8 mm long, approach 115 um): the limit of eq. 6 is drawn within some 8 %, at worst 20 %, by the least of
-three closed forms. The patch filters the wave, 1.5 (h/delta)(1 - sin(ka)/(ka)); the wheel touches beside its middle,
+Found (patch 15.8 mm long, approach 115 um): the least of three closed forms gives the limit of eq. 6 within some 8 %,
+at worst 20 %. The patch filters the wave, 1.5 (h/delta)(1 - sin(ka)/(ka)); the wheel touches beside its middle,
 (hk)^2/(4A); the wave bends the surface, h k^2/2A. Largest errors in force of `eq6`, `path`, `local` and `fitted`, %:
 corrugation of 30 mm, 25 um -15, -15, +5.7, -0.4; of 60 mm -3.8, -3.8, +0.1, 0; wheel of order 6, 300 um -4.6, -0.7, 0,
 0; weld of 100 mm, 150 um -7.0, -4.2, +1.6, 0; worn flat of 52 mm -100, -50, +9.4, -0.7; fresh flat of 40 mm -100, +79,
-+20, -8.8. A fitted parabola does not answer where the patch bridges a hollow.
++20, -8.8. A fitted parabola has no result where the patch bridges a hollow.
 
-Finite bodies move the peak on R 300 by 0.046 % without, and by 0.043, 0.039 and 0.039 % with waves of 50 and 20 mm, 10
-um, and on the flank of the worn flat. The half-space on 16 nodes a semi-axis is within 0.03 % of another program in the
-approach, 0.25 % in the peak. A cell of the map takes 0.11 CPU s.
+Finite bodies change the peak on R 300 by 0.046 % without a wave. They change it by 0.043, 0.039 and 0.039 % with waves
+of 50 and 20 mm, 10 um, and on the flank of the worn flat. The half-space on 16 nodes per semi-axis is within 0.03 % of
+another program in the approach and within 0.25 % in the peak. A cell of the map takes 0.11 CPU s.
 """
 
 import math

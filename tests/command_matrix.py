@@ -116,6 +116,7 @@ def _creep(rng: random.Random) -> list[str]:
 
 
 def _curve(rng: random.Random) -> list[str]:
+    """Random options of `fecontact curve`."""
     radii = rng.sample((200, -250, 500, -600, 1500, -4000, 10000), 2)
     return [
         *pair(rng),
@@ -223,6 +224,8 @@ def reason(text: str) -> str:
 
 
 def _not_json(text: str) -> str:
+    """Problem of a text that is not strict JSON; empty if there is no problem."""
+
     def refuse(constant: str) -> None:
         raise ValueError(f"{constant} in JSON")
 
@@ -283,6 +286,7 @@ def _contradictions(record: dict[str, Any]) -> Iterator[str]:
 
 
 def _number_contradictions(name: str, theory: dict[str, Any], limits: dict[str, float]) -> Iterator[str]:
+    """Sentences on measures with an answer that contradicts deviation, uncertainty and limit."""
     # measured profiles are judged on each of their lines; the library's are exact
     for measure, answer in theory.get("verdict", {}).get("each", {}).items():
         numbers = [theory[key].get(measure, math.nan) for key in ("deviation", "uncertainty")]

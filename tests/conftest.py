@@ -44,6 +44,7 @@ def solved(tmp_path_factory) -> Callable[[Case], CaseResult]:
 
     @cache
     def solved_once(case: Case) -> CaseResult:
+        """Result of a case, solved once for all processes."""
         name = hashlib.sha256(repr(case).encode()).hexdigest()
         with (folder / "solved" / name).open("a+b") as file:
             if fcntl is not None:

@@ -49,6 +49,7 @@ class FakeWork:
     loads: object = None
 
     def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
+        """Note the job, write small files, and act by the plan of the test."""
         out = folder.parent.parent
         begun = solves(out).count(self.name)
         with (out / "solves.txt").open("a") as file:

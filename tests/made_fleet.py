@@ -52,6 +52,7 @@ class Made:
 
 
 def profiles(count: int, body: str, random: np.random.Generator) -> list[dict]:
+    """Rows of read profiles of a body, and of a refused profile."""
     letter = body[0]
     rows = [
         {

@@ -39,6 +39,7 @@ def main(folder: Path, pictures: Path | None) -> list[str]:
 
 
 def check_collection(path: Path) -> list[str]:
+    """Faults of a collection, step by step."""
     source = simple.OpenDataFile(str(path))
     steps = list(getattr(source, "TimestepValues", None) or [None])
     faults = []
@@ -51,6 +52,7 @@ def check_collection(path: Path) -> list[str]:
 
 
 def check_step(source, step: float | None) -> list[str]:
+    """Faults of the blocks and arrays at a time step; None for a file without steps."""
     faults, force = [], None
     for name, arrays in ARRAYS.items():
         block = simple.ExtractBlock(Input=source)
@@ -80,6 +82,7 @@ def fetched(block):
 
 
 def check_field_data(field_data, step: float | None) -> list[str]:
+    """Faults of the shift and of the annotation in the field data."""
     faults = []
     shift = field_data.GetArray("lateral_shift_mm").GetValue(0)
     if step is not None and shift != step:
@@ -90,6 +93,7 @@ def check_field_data(field_data, step: float | None) -> list[str]:
 
 
 def check_forces(block, name: str, step: float | None, force: float) -> list[str]:
+    """Faults of pressures that do not integrate to the normal force (N)."""
     faults = []
     integrated = simple.IntegrateVariables(Input=block)
     integrated.UpdatePipeline(step) if step is not None else integrated.UpdatePipeline()
@@ -103,6 +107,7 @@ def check_forces(block, name: str, step: float | None, force: float) -> list[str
 
 
 def render(folder: Path, pictures: Path) -> list[str]:
+    """Run the script of the view, write pictures of each step, and return faults."""
     pictures.mkdir(parents=True, exist_ok=True)
     script = folder / "view.py"
     script_names = {"__file__": str(script), "__name__": "__main__"}

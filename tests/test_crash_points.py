@@ -69,6 +69,7 @@ class Disk:
 
 @pytest.fixture
 def disk(tmp_path, monkeypatch) -> Disk:
+    """Folder with an observer of all changes by this process."""
     watched = Disk(tmp_path / "out")
     (tmp_path / "out").mkdir()
     opened, renamed = Path.open, {name: getattr(os, name) for name in ("rename", "replace")}
@@ -102,6 +103,8 @@ def disk(tmp_path, monkeypatch) -> Disk:
     make_folder = os.mkdir
 
     def before(function: Callable) -> Callable:
+        """Function that reports the operation on a path before it runs."""
+
         def checked(path, *arguments, **options):
             # what is there already, or is not there, is no change
             if os.path.exists(path) != (function is make_folder):

@@ -55,6 +55,7 @@ def _unit(size: int, at: int) -> np.ndarray:
 
 
 def counted(compliance: Callable[[np.ndarray], np.ndarray]) -> tuple[Callable[[np.ndarray], np.ndarray], list[int]]:
+    """Compliance that counts its calls, and the list with an entry for each call."""
     calls: list[int] = []
 
     def apply(p: np.ndarray) -> np.ndarray:

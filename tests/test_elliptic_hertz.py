@@ -11,6 +11,7 @@ HERTZ = {300: (7.16168, 5.38717, 1237.559), 80: (8.5419, 2.7008, 2069.63), 13: (
 
 
 def elliptic(radius: int, resolution: str | tuple[float, float] = "quick", load_N: float = 100e3) -> CaseResult:
+    """Solve a wheel cylinder on a circular rail head of a radius (mm)."""
     case = Case(
         rail=f"circle:{radius}",
         wheel="cylinder:460",

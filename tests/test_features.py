@@ -251,6 +251,7 @@ def third_party(tmp_path_factory) -> Path:
 
 
 def run_with_third_party(third_party: Path, code: str, cwd: Path) -> str:
+    """Output of code in a process that finds the modules of a third party."""
     paths = os.pathsep.join(map(str, (third_party, ROOT)))
     command = [sys.executable, "-c", f"import fecontact\nfrom fecontact.cli import call\n{code}"]
     process = subprocess.run(

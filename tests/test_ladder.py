@@ -543,6 +543,7 @@ CONFORMAL_E = combine_moduli_MPa(CONFORMAL_STEEL, CONFORMAL_STEEL)
 
 
 def conformal_pair() -> Placement:
+    """Wheel fillet R 10.2 on a rail corner R 10 under 45 degrees."""
     at = math.radians(135.0)
     rail_arc = Arc(centre=(0.0, -10.0), radius=10.0, angle_from=math.radians(179.0), angle_to=math.radians(45.0))
     # the tape circle lies at the touch point, where the rolling radius is known
@@ -559,6 +560,7 @@ def conformal_pair() -> Placement:
 
 
 def conformal_rungs(nodes: int, force_N: float) -> tuple[Placement, HertzContact, Rung]:
+    """Placement, Hertz's ellipse and half-space contact of the conformal pair."""
     placement = conformal_pair()
     hertz = hertz_from_hessian(placement.first.curvature.hessian, normal_force_N=100e3, contact_modulus_MPa=CONFORMAL_E)
     hx, hs = hertz.a_mm / nodes, hertz.b_mm / nodes

@@ -70,6 +70,7 @@ POSITIONS = {
 
 
 def placed(rail: str, wheel: str, shift: float, yaw: float = 0.0) -> Placement:
+    """Placement of named profiles at a lateral shift (mm) and a yaw (rad)."""
     return place(
         resolve_rail(rail),
         resolve_wheel(wheel).profile,
@@ -84,6 +85,7 @@ _positions: dict[str, tuple[Placement, FineZone, dict[str, BodyMesh]]] = {}
 
 
 def position_meshes(key: str) -> tuple[Placement, FineZone, dict[str, BodyMesh]]:
+    """Placement, fine zone and half meshes of a position; they are made once."""
     if key not in _positions:
         rail, wheel, shift, zone = POSITIONS[key]
         pair = placed(rail, wheel, shift)

@@ -237,6 +237,7 @@ def body_on_rollers(mesh: BodyMesh, material: Material) -> ElasticBody:
 
 
 def flat_pair(rail_body: ElasticBody, wheel_body: ElasticBody) -> CoupledBodies:
+    """Coupled flat bodies with the rail's nodes as grid."""
     rail, wheel = rail_body.mesh, wheel_body.mesh
     grid = ContactGrid(
         x_mm=rail.points[rail.contact_nodes[:, 0], 0], s_mm=rail.points[rail.contact_nodes[0], 1], half=False
@@ -300,6 +301,7 @@ def test_contact_patch_test_on_flat_blocks(clamped, distortion, tolerance):
 
 
 def curved_pair(half: bool) -> tuple[CoupledBodies, np.ndarray, np.ndarray]:
+    """Coupled curved bodies with different node spacings of rail and wheel."""
     case = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
     placement = place_case(case)
     zone = FineZone(half_length_mm=9.0, s_low_mm=-7.0, s_high_mm=7.0, step_x_mm=1.5, step_s_mm=1.2, semi_axis_mm=5.0)
@@ -439,6 +441,7 @@ def test_manufactured_pressure_is_recovered(curved):
 
 
 def quadratic_problem(bodies: CoupledBodies) -> ContactProblem:
+    """Contact problem of coupled bodies with a quadratic gap."""
     gap = bodies.grid.weighted_mean(lambda x, s: x**2 / 920.0 + s**2 / 600.0)
     return ContactProblem(
         compliance=bodies.compliance,

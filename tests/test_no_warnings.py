@@ -23,6 +23,7 @@ RARELY = {"half_space": 0.25, "place": 0.25, "geometry": 0.1}
 
 
 def draw_cases(seed: int, count: int) -> list[Case]:
+    """Random cases over the range of the inputs."""
     draw = random.Random(seed)
     return [
         Case(

@@ -277,6 +277,7 @@ def test_a_stored_result_says_the_same_to_the_last_bit(record, elliptic_row, ell
 
 
 def assert_same_rung(stored: Rung, solved: Rung) -> None:
+    """Check that a stored rung is equal to the solved rung, bit by bit."""
     for f in fields(Rung):
         if f.name not in ("grid", "pressure_MPa", "gap_mm"):
             assert getattr(stored, f.name) == getattr(solved, f.name)
@@ -758,6 +759,7 @@ def test_an_unknown_mesh_format_is_refused_with_those_that_exist(body_mesh, tmp_
 
 
 def failed_row(record: dict) -> dict:
+    """Row of a failed case."""
     return {
         "id": "lost",
         "status": "failed: the wheel [left] the rail",

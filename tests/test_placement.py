@@ -26,6 +26,7 @@ CENTRED = Track(rail_crown_y_mm=750.0)
 
 
 def standard_pair(shift: float, **motion: float) -> Placement:
+    """Placement of S1002 on 60E1 1:40 at a lateral shift (mm)."""
     return place(
         load_library_profile("60E1"),
         load_library_profile("S1002"),
@@ -222,6 +223,7 @@ def wheelset(shift_right: float, yaw: float) -> tuple[Placement, Placement]:
     """Left and right wheel of a wheelset as two pairs, rolled until both wheels touch."""
 
     def pairs(roll: float) -> tuple[Placement, Placement]:
+        """Left and right placement of the wheelset at a roll (rad)."""
         # the right pair is a mirror image: shift, roll and yaw change their signs
         return tuple(
             place(
@@ -348,6 +350,7 @@ def test_hessian_of_the_gap_is_the_relative_curvature(shift, motion):
     h = 0.05
 
     def differences(gap):
+        """Hessian, slopes and value of a gap at the origin, by central differences."""
         d = np.array([-h, 0.0, h])
         g = gap(d[:, None], d[None, :])
         xx = (g[0, 1] - 2.0 * g[1, 1] + g[2, 1]) / h**2

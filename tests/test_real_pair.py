@@ -273,6 +273,7 @@ def manchester_case(wheel: str, shift: float, yaw_mrad: float, force: float, **c
     """Case of a single wheel of the rolled wheelset; the right wheel is mirrored."""
 
     def case_of_wheel(sign: float, roll: float) -> Case:
+        """Case of the left (+1) or right (-1) wheel at a roll (rad)."""
         return Case(
             rail="MBench_UIC60",
             wheel="S1002",

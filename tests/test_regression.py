@@ -1137,6 +1137,7 @@ def test_two_maps_are_compared_by_their_verdicts(tmp_path, capsys):
     pytest.importorskip("fecontact.maps")
 
     def write_map(name: str, answers: dict[tuple[float, float], str]) -> Path:
+        """Write `map.csv` with verdicts by shift (mm) and load (kN)."""
         (tmp_path / name).mkdir()
         cells = [
             {"lateral_shift_mm": shift, "load_kN": load, "status": "converged", "verdict_answer": answer}

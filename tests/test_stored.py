@@ -94,6 +94,7 @@ def test_stored_results_have_only_kinds_that_are_read_back():
     leaves, kinds_met = set(), set()
 
     def walk(kind: Any) -> None:
+        """Collect the kinds of values inside a kind of stored value."""
         kind = stored._resolve_alias(kind)
         origin = get_origin(kind)
         if kind in (Rung, Case, Profile, PlacedIrregularities, type(None)) or kind in kinds_met:

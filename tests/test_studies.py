@@ -66,6 +66,7 @@ def baseline_checks(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
 
 
 def _value(column: str, text: str) -> str | float | bool | None:
+    """Value of a cell of a table: text, number, truth value or None."""
     if column in ("id", "rail", "wheel"):
         # 60E1 is no number
         return text
@@ -85,6 +86,7 @@ def quick(request) -> Quick:
 
 
 def run_quick(name: str, out: Path) -> tuple[list[dict[str, Any]], str]:
+    """Run a quick study, and compare it with its baseline and its checks."""
     outcome = study_by(load_study(STUDIES / f"{name}.py", quick=True), out, crew=inline_crew())
     assert outcome.all_converged
     comparison = compare_tables(load_table(BASELINES / f"{name}.csv"), load_table(out))

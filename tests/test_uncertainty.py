@@ -365,6 +365,7 @@ def head_of_points(path, radius_mm: float, spacing_mm: float, decimals: int) -> 
 
 
 def noise_of_points(rail: str) -> dict[str, float] | None:
+    """Contribution of the scatter of points to the uncertainty of each measure."""
     case = Case(
         rail_file=Reading() if rail.startswith("circle") else EXACT_POINTS,
         rail=rail,

@@ -13,6 +13,7 @@ from fecontact.regression.checks import Check, compare_discretisation, render_re
 
 
 def check(value: float, expected: float | None = 100.0, limit: float = 2.0, **settings: object) -> Check:
+    """Check of a peak pressure with expected value and limit (%)."""
     return Check(
         quantity="p_max, MPa",
         case="one",

@@ -24,6 +24,7 @@ def turned_cylinders(wheel_mm: float, rail_mm: float, angle_rad: float) -> tuple
 
 
 def crossed(rail_mm: float, yaw_rad: float, wheel_mm: float = 460.0) -> Case:
+    """Case of a yawed (rad) wheel cylinder on a circular rail head."""
     return Case(
         rail=f"circle:{rail_mm:g}",
         wheel=f"cylinder:{wheel_mm:g}",

@@ -246,9 +246,22 @@ class UnitResponse:
         return (np.abs(x) <= visible_x) & (np.abs(s) <= visible_s), min(visible_x, visible_s)
 
     def _shapes(self, x: Integers, s: Integers, *, quartic: bool) -> tuple[Floats, Floats]:
-        """Shape functions of the bodies (..., n) and elements (..., 3).
+        """Shape functions of the bodies and of the elements at offsets from the pressed node.
 
-        The shape functions of the elements are valid only far from the pressed node. All shape functions are even.
+        All shape functions are even. The shape functions of the elements are valid only far from the pressed node.
+
+        Parameters
+        ----------
+        x, s
+            Offsets along and across in steps of the grid, of equal shape.
+        quartic
+            Whether the shapes of the bodies include terms of the fourth order.
+
+        Returns
+        -------
+        tuple of ndarray
+            Polynomials of the offsets (..., 4 or 9) for the bodies. cos(n angle) / distance^3 for n = 0, 2, 4 (..., 3)
+            for the elements; the distance is relative to the geometric mean of both steps.
         """
         step_x, step_s = self.grid.steps_mm
         powers = [(0, 0), (2, 0), (0, 2), (1, 1)]
@@ -408,7 +421,11 @@ class Bands:
         return apply
 
     def _restrict_to_columns(self, columns: slice, compliance: Compliance) -> Compliance:
-        """Compliance on the nodes of a band."""
+        """Compliance on the nodes of a band.
+
+        The result maps pressures (n,) in MPa at the nodes of the band to openings (n,) in mm; there is no pressure
+        outside the band. `columns` are its columns of the grid, and `compliance` belongs to the whole grid.
+        """
         shape = self.grid.shape
 
         def apply(band_pressure: Floats) -> Floats:

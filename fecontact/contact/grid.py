@@ -359,7 +359,11 @@ class Field:
         return Field(grid=grid, values=np.where(is_inside, shapes_x.T @ self.values @ shapes_s, 0.0))
 
     def _fill_between_bands(self) -> Field:
-        """Field with zeros on cells between its bands."""
+        """Field with zeros on cells between its bands.
+
+        The widths of the new cells grow from one band and shrink to the next band. A field on a single band is returned
+        unchanged.
+        """
         bands = self.grid.bands
         if len(bands) == 1:
             return self
@@ -384,9 +388,14 @@ def _is_within(nodes: Floats, positions: Floats) -> NDArray[np.bool_]:
 
 
 def _grow_cells(low: float, high: float, first_width: float, last_width: float) -> Floats:
-    """Ends of growing cells between two bands.
+    """Ends (n,) in mm of growing cells between two bands.
 
-    The cells grow from the widths of the last cell of the first band and the first cell of the second band.
+    Parameters
+    ----------
+    low, high
+        Ends of the gap between the bands in mm; both are in the result.
+    first_width, last_width
+        Widths in mm of the last cell of the first band and of the first cell of the second band. Cells grow from both.
     """
     low_ends, high_ends, sizes = [low], [high], [_CELL_GROWTH_FACTOR * first_width, _CELL_GROWTH_FACTOR * last_width]
     while high_ends[-1] - low_ends[-1] > sum(sizes):

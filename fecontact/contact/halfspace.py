@@ -173,7 +173,11 @@ def _wave_stiffness(band: ContactGrid, contact_modulus_MPa: float) -> Compliance
 
 
 def _compliance_on_bands(grid: ContactGrid, contact_modulus_MPa: float) -> Compliance:
-    """Compliance of a pair of half-spaces on the nodes of several bands."""
+    """Compliance of a pair of half-spaces on the nodes of several bands.
+
+    The result maps pressures (n,) in MPa at all nodes of the grid to openings (n,) in mm. Within a band it uses the
+    fast compliance of a uniform grid; between bands it uses `_opening_between_bands`.
+    """
     ends = np.cumsum([band.s_mm.size for band in grid.bands])[:-1]
     band_compliances = [build_half_space_compliance(band, contact_modulus_MPa) for band in grid.bands]
     opening_between_bands = _opening_between_bands(grid, contact_modulus_MPa)
@@ -600,7 +604,13 @@ def _fit_grid(grid: ContactGrid, solution: ContactSolution, nodes: float) -> Con
 def _build_grid(low: float, high: float, half_width: float, step_x: float, step_y: float) -> ContactGrid:
     """Nodes along x from low to high, and across up to the half width.
 
-    There are two more nodes at each end.
+    All lengths are in mm. There are two more nodes at each end. The grid is half across, and its axis `s_mm` is along
+    the rail (`step_x`).
+
+    Raises
+    ------
+    ConvergenceError
+        If there are more than `_MAX_NODES` nodes.
     """
     count_x, count_y = int(np.ceil((high - low) / step_x)) + 5, int(np.ceil(half_width / step_y)) + 3
     if count_x * count_y > _MAX_NODES:

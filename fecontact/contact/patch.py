@@ -144,7 +144,11 @@ def measure_patch(pressure: Field) -> Patch:
 
 
 def _interpolate_peak(pressure: Floats) -> float:
-    """Interpolate the peak of a pressure (nx, ns) between its nodes."""
+    """Interpolate the peak of a pressure (nx, ns) between its nodes.
+
+    The squared pressure is fitted by a quadratic on nine nodes, because it is quadratic for Hertz. The largest nodal
+    value in MPa is returned if the peak is at the edge of the grid, next to zero pressure, or not a maximum of the fit.
+    """
     row, column = (int(index) for index in np.unravel_index(np.argmax(pressure), pressure.shape))
     square = pressure[row - 1 : row + 2, column - 1 : column + 2] ** 2
     if row == 0 or column == 0 or square.shape != (3, 3) or not np.all(square > 0.0):
@@ -163,9 +167,16 @@ def _interpolate_peak(pressure: Floats) -> float:
 
 
 def _measure_lobes(pressure: Floats, force_shares: Floats, positions: Floats) -> tuple[tuple[Lobe, ...], float]:
-    """Lobes of a pressure in descending order, and the valley.
+    """Lobes in descending order of their peaks, and the depth of the valley (-).
 
-    The pressure is (nx, ns). The force shares (ns,) are the fractions of the force on each column.
+    Parameters
+    ----------
+    pressure
+        Pressure (nx, ns) in MPa.
+    force_shares
+        Fraction of the force on each column (ns,).
+    positions
+        Lateral position of each column (ns,) in mm.
     """
     ridge, peaks, ends, valley = _find_lobes(pressure)
     lobes = (
@@ -243,8 +254,19 @@ def find_lobe_windows(pressure: Floats) -> tuple[LobeWindow, ...]:
 def _split_at_valleys(ridge: Floats, ends: Sequence[int]) -> Iterator[LobeWindow]:
     """Windows of the lobes between valleys.
 
-    The ridge is the largest pressure of each column, with a zero at each end. The outermost lobes have all of their
-    outermost columns.
+    The outermost lobes have all of their outermost columns. A column with a valley is divided between its two lobes.
+
+    Parameters
+    ----------
+    ridge
+        Largest pressure of each column in MPa, with a zero at each end: column k of the grid is `ridge[k + 1]`.
+    ends
+        Ascending indices in `ridge` of the valleys, with the outermost bounds: n + 1 indices for n lobes.
+
+    Yields
+    ------
+    LobeWindow
+        Columns of a lobe, the fraction of each column, and the bounds as fractional column numbers of the grid.
     """
     column_count = ridge.size - 2
     minima = [
@@ -386,6 +408,18 @@ def _continue_once(squares: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats
 
     If several continuations reach a node, then the value is their mean. Continuations through three nodes are
     preferred. If no continuation has two nodes to start from, then the value is the negative neighbour.
+
+    Parameters
+    ----------
+    squares
+        Squared pressures (nx, ns).
+    is_valid
+        Mask (nx, ns) of the nodes with a value.
+
+    Returns
+    -------
+    squares, is_valid
+        Values and mask with the new nodes.
     """
     is_next_to_valid = binary_dilation(is_valid) & ~is_valid
     padded, padded_is_valid = np.pad(squares, _CONTINUATION_NODES), np.pad(is_valid, _CONTINUATION_NODES)
@@ -449,7 +483,10 @@ def _signed_squares(pressure: Field) -> tuple[Floats, Floats, tuple[Floats, ...]
 
 
 def _clip_outline(contour: Floats, low: float, high: float) -> Floats:
-    """Clip a closed contour (n, 2) to a range of its first coordinate."""
+    """Clip a closed contour (n, 2) to a range of its first coordinate.
+
+    The result (m, 2) is closed: its first point is repeated at its end. Points are added at both bounds.
+    """
     for bound, sign in ((low, 1.0), (high, -1.0)):
         excess = sign * (contour[:, 0] - bound)
         is_inside, previous, previous_excess = excess >= 0.0, np.roll(contour, 1, axis=0), np.roll(excess, 1)

@@ -382,7 +382,8 @@ def _containing_cells(
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Index of the node with the cell around each position, and a mask.
 
-    The mask is false for positions outside all cells.
+    The mask is false for positions outside all cells. `nodes` (n,) ascend; `widths` are the widths of their cells in
+    the unit of the nodes (mm).
     """
     widths = np.broadcast_to(widths, nodes.shape)
     index = np.clip(np.searchsorted(nodes - 0.5 * widths, positions, side="right") - 1, 0, nodes.size - 1)
@@ -416,7 +417,20 @@ def theory_contact_from_rung(rung: Rung) -> TheoryContact:
 
 
 def _patch_from_field(field: Field, force_N: float) -> TheoryPatch:
-    """Patch with the pressure of a field."""
+    """Patch with the pressure of a field.
+
+    Parameters
+    ----------
+    field
+        Pressure in MPa on a grid in mm from the first contact point.
+    force_N
+        Normal force of the patch.
+
+    Returns
+    -------
+    TheoryPatch
+        Lengths in mm. The box has the extents of the patch, which end within the outermost loaded cells.
+    """
     patch = measure_patch(field)
     x, s = (np.flatnonzero(field.values.any(axis=axis)) for axis in (1, 0))
     ends = ((field.grid.x_mm[x[end]], field.grid.s_mm[s[end]]) for end in (0, -1))

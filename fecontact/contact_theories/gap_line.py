@@ -85,7 +85,14 @@ class GapLine:
     turned_rad: Floats = field(default_factory=lambda: np.empty(0))
 
     def __post_init__(self) -> None:
-        """Check the arrays and constants, and calculate the default arrays."""
+        """Check the arrays and constants, and calculate the default arrays.
+
+        Raises
+        ------
+        InputError
+            If A or E* is not positive, if there are fewer than 5 positions, if arrays differ in shape, or if a value is
+            not finite.
+        """
         t, f, b, s, angle = (
             np.asarray(values, dtype=np.float64)
             for values in (self.t_mm, self.f_mm, self.B_per_mm, self.surface_mm, self.turned_rad)
@@ -227,7 +234,11 @@ class _RailPositions:
 # Cached: the rail does not depend on the load and the slide of the wheel.
 @lru_cache(maxsize=16)
 def _rail_positions(placement: Placement) -> _RailPositions:
-    """Positions where the surfaces face each other, also after a slide."""
+    """Positions where the surfaces face each other, also after a slide.
+
+    Positions are uniform in the tangent plane, with a step of `_STEP_MM`, around the first contact point. They end
+    where the gap exceeds `_MAX_GAP_MM`, with a reserve for the slide, or where a profile ends.
+    """
     rail, touch = placement.rail, placement.first
     coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _POSITIONS_PER_SIDE // _COARSE_STRIDE + 1)
     coarse_gap = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
@@ -614,6 +625,15 @@ def _approach_for_force(
 
     The force may increase or decrease with the approach. The method uses secants, with half the value at an end that
     stays (Illinois, Dowell and Jarratt 1971). Every fourth step halves the range, for a force that jumps.
+
+    Parameters
+    ----------
+    at_approach
+        Contact at an approach in mm.
+    target_N
+        Wanted normal force.
+    low, high
+        Approaches in mm on both sides of the solution.
     """
     error_low, error_high = (at_approach(end).normal_force_N / target_N - 1.0 for end in (low, high))
     for step in range(1, _MAX_ROOT_STEPS + 1):

@@ -126,9 +126,10 @@ def find_pressure_factor(line: GapLine, half_length_mm: Floats, index: int, defl
 
 
 def _interpenetration(line: GapLine, level: float, first: int, last: int, *, shape_correction: bool) -> Floats:
-    """Interpenetration (n,) of a region, zero or negative outside it.
+    """Interpenetration (n,) in mm of a region, zero or negative outside it.
 
-    With the shape correction, the region is stretched and shrunk to the axis ratio of Hertz's ellipse.
+    With the shape correction, the region is stretched and shrunk to the axis ratio of Hertz's ellipse. `level` is the
+    virtual penetration in mm, `first` and `last` are the indices of the region's outermost points.
     """
     depth = np.full_like(line.f_mm, -1.0)
     depth[first : last + 1] = level - line.f_mm[first : last + 1]

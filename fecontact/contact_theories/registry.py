@@ -209,7 +209,10 @@ def _strip_theory_function(
     """
 
     def approximate(loaded: LoadedPlacement) -> TheoryContact | str:
-        """Contact by the theory, or the reason for no contact."""
+        """Contact by the theory, or the reason for no contact.
+
+        A contact that reaches beyond the gap line has the status `out of range` and a note.
+        """
         try:
             line = find_gap_line(loaded)
             contact = theory(line, loaded.normal_force_N)

@@ -270,7 +270,17 @@ def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats
 
 
 def _influence_of_distant_strips(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
-    """u^2, dJ/dq and J by equation (6), except for a distance of 0."""
+    """u^2, dJ/dq and J by equation (6), except for a distance of 0.
+
+    The integrals are by the arithmetic-geometric mean in `_AGM_STEPS` steps.
+
+    Parameters
+    ----------
+    q
+        Squared half lengths of the strips in mm2.
+    distance2
+        Squared distances from the strips in mm2, > 0; `q` is broadcast to their shape.
+    """
     u2 = distance2 + q
     arithmetic_mean, geometric_mean, difference = np.sqrt(u2), np.sqrt(distance2), np.empty_like(u2)
     series = np.broadcast_to(q, u2.shape).copy()

@@ -130,7 +130,17 @@ def _strip_method_line(line: GapLine, refinement: int = 1) -> StripGap:
 
 
 def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
-    """Solve the strip method on a gap line, and note problems."""
+    """Solve the strip method on a gap line, and note problems.
+
+    `strips` is the requested number of strips across the patch, and `load` is the force or the approach. A gap line
+    that is too coarse for the narrowest strip is refined. Notes: the patch reaches the end of the line, or the surface
+    turns by more than `_MAX_TURN_RAD`.
+
+    Raises
+    ------
+    InputError
+        If the number of strips is below `_MIN_STRIPS`.
+    """
     if strips < _MIN_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: at least {_MIN_STRIPS}; 100 are accurate to 0.1 %")
     search = StripSearch(strips=strips)

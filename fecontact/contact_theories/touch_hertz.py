@@ -227,7 +227,17 @@ def _ellipse_or_problem(curvature: RelativeCurvature, normal_force_N: float, mod
 
 
 def _ellipses_overlap(placement: Placement, shared: list[HertzContact | None]) -> bool:
-    """Whether two of the ellipses overlap across the rail."""
+    """Whether two of the ellipses overlap across the rail.
+
+    Neighbours overlap if the sum of their half widths is larger than their distance along the rail's profile in mm.
+
+    Parameters
+    ----------
+    placement
+        Placement with its contact points.
+    shared
+        Ellipse of each contact point under its share of the load; None for a contact point without load or ellipse.
+    """
     positions = (float(placement.rail.profile.arc_length(touch.rail_u)) for touch in placement.contact_points)
     half_widths = sorted(
         (position, 0.5 * ellipse.extent_y_mm)

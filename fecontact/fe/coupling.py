@@ -303,8 +303,13 @@ def _overlaps(grid: ContactGrid, corners: Floats) -> tuple[Integers, Integers, I
 def _clip_to_boxes(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats, Integers]:
     """Cut convex quadrilaterals (k, 4, 2) to boxes.
 
-    Returns polygons (k, 8, 2), padded with their last point, and the number of points of each polygon (k,). The method
-    cuts at one half-plane after another (Sutherland and Hodgman 1974).
+    `low` and `high` (k, 2) are the corners of the boxes. The method cuts at one half-plane after another (Sutherland
+    and Hodgman 1974).
+
+    Returns
+    -------
+    polygons, counts
+        Polygons (k, 8, 2), padded with their last point, and the number of points of each polygon (k,).
     """
     k = len(polygons)
     points = np.zeros((k, 8, 2))
@@ -334,7 +339,17 @@ def _clip_to_boxes(polygons: Floats, low: Floats, high: Floats) -> tuple[Floats,
 def _triangle_rule(polygon: Floats, count: Integers) -> tuple[Floats, Floats, Integers]:
     """Quadrature of polygons that are split into fans of triangles.
 
-    Returns points (q, 2), weights (q,) and indices of the polygons (q,).
+    Parameters
+    ----------
+    polygon
+        Convex polygons (k, 8, 2), padded with their last point.
+    count
+        Number of points of each polygon (k,); polygons of fewer than 3 points are left out.
+
+    Returns
+    -------
+    points, weights, indices
+        Points (q, 2), weights (q,), which add up to the areas, and indices of the polygons (q,).
     """
     fan = np.stack([np.broadcast_to(polygon[:, :1], polygon[:, 1:-1].shape), polygon[:, 1:-1], polygon[:, 2:]], axis=2)
     d1, d2 = fan[:, :, 1] - fan[:, :, 0], fan[:, :, 2] - fan[:, :, 0]

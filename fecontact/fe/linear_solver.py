@@ -144,7 +144,15 @@ class _PardisoFactor:
     """
 
     def __init__(self, matrix: bsr_matrix) -> None:
-        """Analyse and factor a matrix (3n, 3n) in 3 x 3 blocks."""
+        """Analyse and factor a symmetric matrix (3n, 3n) in 3 x 3 blocks.
+
+        Only the upper blocks are used, in single precision.
+
+        Raises
+        ------
+        MemoryShortageError
+            If the factor needs more memory than is free.
+        """
         rows = _block_rows(matrix)
         block_rows = matrix.indptr.size - 1
         upper = matrix.indices >= rows
@@ -235,7 +243,8 @@ def decouple_fixed(matrix: bsr_matrix, is_free: NDArray[np.bool_]) -> bsr_matrix
 def _build_multigrid(matrix: bsr_matrix, is_free: NDArray[np.bool_], points: Floats) -> Callable[[Floats], Floats]:
     """Build the multigrid hierarchy of a matrix by smoothed aggregation.
 
-    The function that it returns is a single cycle.
+    The function that it returns is a single cycle. `points` (n, 3) are the nodes in mm, and `is_free` (3n,) marks the
+    free degrees of freedom.
     """
     import pyamg
 

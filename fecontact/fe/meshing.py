@@ -350,9 +350,10 @@ def _wheel_intervals(placement: Placement, zone: FineZone) -> list[tuple[float, 
 
 
 def _wheel_arc_lengths(placement: Placement, zone: FineZone, stretch: Stretch) -> tuple[float, float]:
-    """Arc lengths on the wheel's profile opposite a stretch of the rail's zone.
+    """Lowest and highest arc length (mm) on the wheel's profile opposite a stretch of the rail's zone.
 
-    The opposite points lie along the rail's normals.
+    The opposite points lie along the rail's normals, at the middle and at both ends of the zone. A zone without bands
+    gives at least the arc lengths of the stretch.
     """
     pose = placement.wheel
     middle = float(pose.profile.arc_length(placement.first.wheel_u))
@@ -486,7 +487,26 @@ def make_too_short_error(what: str, half_length_mm: float, zone_mm: str) -> Inpu
 
 
 def _sweep_positions(zone: FineZone, end: float, half: bool, cover: int, what: str) -> tuple[Floats, slice]:
-    """Positions along the sweep, and the slice of them in the uniform zone."""
+    """Positions (n,) in mm along the sweep, and their slice in the uniform zone.
+
+    Parameters
+    ----------
+    zone
+        Fine zone with its half length and its number of intervals.
+    end
+        Last position in mm. The mesh ends there.
+    half
+        Whether the mesh begins at x = 0; a whole mesh begins at -`end`.
+    cover
+        Number of uniform intervals beyond the zone at each end.
+    what
+        Name of the body for the message of an error.
+
+    Raises
+    ------
+    InputError
+        If the body is too short for two intervals beyond the uniform zone.
+    """
     intervals = zone.intervals_x + cover
     step = zone.half_length_mm / zone.intervals_x
     start = intervals * step

@@ -281,9 +281,10 @@ def layer_depths(first: float, total: float, ratio: float) -> Floats:
 
 
 def _uniform_block(profile: Profile, zone_s: Floats, zone: Zone, layer_ratio: float) -> Floats:
-    """Nodes (layers, columns, 2) of the uniform block.
+    """Nodes (layers, columns, 2) of the uniform block, in mm on the section.
 
-    The layers are copies of the profile in the zone, moved inwards along its normals.
+    The layers are copies of the profile in the zone, moved inwards along its normals. `zone_s` are the arc lengths of
+    the columns in mm. Layers become thicker with depth by the factor `layer_ratio`.
     """
     line = profile.evaluate(profile.at_arc_length(zone_s))
     inward = profile.convex_sign * np.column_stack([-line.dz, line.dy]) / np.hypot(line.dy, line.dz)[:, None]
@@ -300,9 +301,9 @@ def _trace_surface(profile: Profile, low: float, high: float) -> Floats:
 
 
 def _place_graded_nodes(trace: Floats, end_steps: tuple[float, float]) -> Floats:
-    """Nodes along a polyline with given steps at its two ends.
+    """Nodes (n, 2) along a polyline with given steps at its two ends, in mm.
 
-    The number of steps between any two corners is even.
+    The number of steps between any two corners is even. `trace` (k, 2) are the points of the polyline.
     """
     chords = np.diff(trace, axis=0)
     lengths = np.hypot(*chords.T)
@@ -314,9 +315,21 @@ def _place_graded_nodes(trace: Floats, end_steps: tuple[float, float]) -> Floats
 
 
 def _graded_places(breaks: Floats, end_steps: tuple[float, float]) -> Floats:
-    """Places from 0 to the last break, in steps that grow away from both ends.
+    """Positions from 0 to the last break, in steps that grow away from both ends.
 
     The number of steps between two breaks is even.
+
+    Parameters
+    ----------
+    breaks
+        Ascending arc lengths in mm that must be positions; the first is 0.
+    end_steps
+        Step in mm at the start and at the end. Steps grow by `_OUTLINE_GROWTH` mm per mm, up to `_MAX_OUTLINE_SIZE_MM`.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Positions in mm, with both ends.
     """
     length = breaks[-1]
     fine = np.unique(np.concatenate([np.linspace(0.0, length, 4000), breaks]))
@@ -332,7 +345,10 @@ def _graded_places(breaks: Floats, end_steps: tuple[float, float]) -> Floats:
 
 
 def _is_on_segment(edges: Floats, start: Floats, end: Floats) -> NDArray[np.bool_]:
-    """Whether edges (k, 2, 2) lie on the straight segment between two points."""
+    """Whether edges (k, 2, 2) lie on the straight segment between two points.
+
+    The points (2,) are in mm; the result is (k,). Both ends of an edge must be within 1e-6 mm of the segment.
+    """
     direction = (end - start) / np.hypot(*(end - start))
     offset = edges - start
     along = offset @ direction
@@ -403,7 +419,12 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
     """Points, triangles and quadrilaterals inside a closed polygon.
 
     The nodes of the polygon come first, and its sides stay undivided. Inside, cells grow away from each side of the
-    polygon.
+    polygon. `recombine` joins triangles to quadrilaterals, and `optimize` lets gmsh improve the cells.
+
+    Returns
+    -------
+    points, triangles, quads
+        Points (n, 2) in mm, and the numbers of the points of each cell, (t, 3) and (q, 4).
     """
     n = len(corners)
     middles, sides = 0.5 * (corners + np.roll(corners, -1, axis=0)), np.roll(corners, -1, axis=0) - corners
@@ -456,7 +477,8 @@ def _gmsh_cells(corners: Floats, *, recombine: bool, optimize: bool) -> tuple[Fl
 def _subdivide(points: Floats, triangles: Integers, quads: Integers, ring: Floats) -> tuple[Floats, Integers]:
     """Cut triangles into three and quadrilaterals into four quadrilaterals.
 
-    New boundary nodes lie on the true ring.
+    New boundary nodes lie on the true ring: `ring` has the corners of the polygon and the middles of its sides in turn.
+    The result has points in mm with the ring first, and quadrilaterals (q, 4).
     """
     n = len(ring) // 2
     sides = np.vstack([np.stack([c, np.roll(c, -1, axis=1)], axis=-1).reshape(-1, 2) for c in (triangles, quads)])

@@ -127,7 +127,15 @@ def _explain_loss(client: Any, address: str) -> str | None:
 
 @contextmanager
 def _connect(address: str) -> Iterator[Any]:
-    """Connect to a scheduler and yield the client."""
+    """Connect to a scheduler and yield the client.
+
+    The client is closed at the end of the context.
+
+    Raises
+    ------
+    InputError
+        If the package distributed is missing, or the scheduler does not answer within `_CONNECT_S`.
+    """
     try:
         # distributed is typed only in part
         distributed: Any = import_module("distributed")
@@ -168,7 +176,13 @@ def _silence_loggers() -> Iterator[None]:
 
 
 def _check_workers(client: Any, address: str, lock: Path, threads: int) -> None:
-    """Wait for the first worker, and refuse workers that cannot work on the run."""
+    """Wait for the first worker, and refuse workers that cannot work on the run.
+
+    Raises
+    ------
+    InputError
+        If no worker comes within `_FIRST_WORKER_S`, if a worker has several threads, or if it reports a problem.
+    """
     try:
         client.wait_for_workers(1, timeout=_FIRST_WORKER_S)
     except TimeoutError as error:

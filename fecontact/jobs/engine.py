@@ -256,7 +256,11 @@ class _JobProgress:
                 self.receive(JobOutcome(name=job.name))
 
     def under_way(self, names: Sequence[str]) -> None:
-        """Report the number of finished jobs, and the approximate remaining time."""
+        """Report the number of finished jobs, and the approximate remaining time.
+
+        `names` are the ids of jobs under way. Up to `_MAX_NAMES_SHOWN` jobs are shown by their labels, more by their
+        number.
+        """
         now = time.monotonic()
         workers = self._by.crew.workers
         # a cluster receives all jobs at once, and begins with the first jobs

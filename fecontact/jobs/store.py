@@ -183,7 +183,10 @@ def _name_temporary_folder(final: Path) -> Path:
 
 
 def _replace_folder(temporary: Path, final: Path) -> None:
-    """Move a temporary folder to its final name; the folder that had this name is removed."""
+    """Move a temporary folder to its final name; the folder that had this name is removed.
+
+    If another process stores the folder at the same time, the move is repeated.
+    """
     replaced = _name_temporary_folder(final)
     while True:
         with contextlib.suppress(FileNotFoundError):
@@ -267,7 +270,10 @@ def read_intact_manifest(folder: Path) -> dict[str, Any] | str:
 
 
 def _read_manifest(folder: Path) -> dict[str, Any] | str:
-    """Read the manifest of a folder; returns the problem if it cannot be used."""
+    """Read the manifest of a folder; returns the problem if it cannot be used.
+
+    The problem is a text: the manifest is missing or damaged, or has another layout.
+    """
     try:
         manifest = read_json(folder / MANIFEST)
     except InputError:
@@ -284,7 +290,10 @@ def _read_manifest(folder: Path) -> dict[str, Any] | str:
 
 
 def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
-    """Describe the first damaged or missing file of a folder; None if all files are unchanged."""
+    """Describe the first damaged or missing file of a folder; None if all files are unchanged.
+
+    `files` has the checksum of each file by its path in the folder. Paths that leave the folder count as damage.
+    """
     for name, digest in files.items():
         try:
             path = folder / name

@@ -186,7 +186,11 @@ def run_job(job: Job) -> JobOutcome:
 
 
 def _try_job(job: Job) -> JobOutcome:
-    """Do a job; exceptions become failures of its outcome."""
+    """Do a job; exceptions become failures of its outcome.
+
+    An unexpected error writes its traceback to a file next to the job. Lack of memory is marked, so that the job can
+    run again alone.
+    """
     try:
         return _do_job(job)
     except MemoryError:
@@ -215,7 +219,18 @@ def _describe_failure(job: Job, failure: str, *, is_short_of_memory: bool = Fals
 
 
 def _do_job(job: Job) -> JobOutcome:
-    """Do a job if it is not finished already, and check the stored files."""
+    """Do a job if it is not finished already, and check the stored files.
+
+    Results that are stored completely are read and not computed again, except with `force` in an earlier run. Stored
+    files that are whole but judged by other inputs are given to the work.
+
+    Raises
+    ------
+    InputError
+        If the worker has other versions or no access to the files.
+    MemoryShortageError
+        If the memory did not suffice while other jobs ran.
+    """
     if problem := describe_worker_differences(job):
         raise InputError(problem)
     stored_before, unreadable = check_stored_job(job.folder, job.name, job.origin), None
@@ -393,7 +408,11 @@ class _ThisProcess(Executor):
 
 @contextmanager
 def _process_pool(worker_count: int, threads: int) -> Iterator[Executor]:
-    """Open a pool of worker processes; in a daemonic process an executor in this process."""
+    """Open a pool of worker processes; in a daemonic process an executor in this process.
+
+    `threads` is the number of threads of the numerical libraries in each process. After an exception the processes are
+    killed and waiting jobs are cancelled.
+    """
     if current_process().daemon:
         yield _ThisProcess()
         return
@@ -665,7 +684,11 @@ def _name_present_job(group: JobGroup) -> str:
 
 
 def _run_alone(job: Job, crew: Crew, report: JobReceiver, *, deaths: int) -> JobOutcome:
-    """Run a job while no other job runs, each time in a new process."""
+    """Run a job while no other job runs, each time in a new process.
+
+    `deaths` counts the processes that already ended during this job. After two deaths the outcome is a failure with the
+    probable cause: out of memory or disk full.
+    """
     job = replace(job, alone=True)
     report.under_way([job.name])
     while deaths < 2:

@@ -182,7 +182,9 @@ class VariantShifts:
     def _step(self, name: str, value: float, variant_value: float) -> float:
         """Step of a deviation between half-space and finite elements on the reference variant.
 
-        For `MEASURES` it is scaled to 1 + deviation on another variant.
+        For `MEASURES` it is scaled to 1 + deviation on another variant. `value` is the deviation from the finite
+        elements on the reference variant, and `variant_value` the deviation from the half-space on the other variant
+        (-).
         """
         reference_value = self.own.get(name, math.nan)
         return (

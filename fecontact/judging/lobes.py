@@ -194,7 +194,27 @@ def _judge_lobe(
     *,
     usable: bool,
 ) -> LobeJudgement:
-    """Judge a lobe, with its measures on the half-space and its range of peaks."""
+    """Judge a lobe, with its measures on the half-space and its range of peaks.
+
+    Parameters
+    ----------
+    lobe
+        Lobe on the finest meshes.
+    solved_load
+        Load with all mesh levels and with the changes between profile variants.
+    placement
+        Wheel on rail.
+    half_space_lobes
+        Lobes on the half-space, of which the matching lobe is read.
+    usable
+        Whether the result of the load can be used; the verdict is withheld if not.
+
+    Returns
+    -------
+    LobeJudgement
+        Forces in N, lengths in mm, pressures in MPa. Without a contact point in the lobe there is no Hertz and no
+        verdict.
+    """
     patch = read_patch(lobe.rung)
     rail_y, _, angle = placement.on_profiles(patch.centre_x_mm, patch.centre_y_mm)
     number = _find_contact_point(lobe, placement)
@@ -397,7 +417,10 @@ def judge_profile_variant(label: str, case: Case, placement: Placement, half_spa
 
 
 def _read_variant_lobe(lobe: ContactLobe, case: Case, placement: Placement) -> VariantLobe:
-    """Lobe of a half-space contact on a profile variant, with the deviation of Hertz's ellipse."""
+    """Lobe of a half-space contact on a profile variant, with the deviation of Hertz's ellipse.
+
+    Lateral bounds are on the rail in mm, pressures in MPa. Without a contact point in the lobe there is no deviation.
+    """
     low_y_mm, high_y_mm = sorted(placement.on_profiles(0.0, end)[0] for end in (lobe.low_mm, lobe.high_mm))
     number = _find_contact_point(lobe, placement)
     theory = None if number is None else _make_ellipse(lobe, number, placement, case)

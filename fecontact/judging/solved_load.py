@@ -489,7 +489,7 @@ def estimate_budgets(
 
 
 def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float) -> UncertaintyBudget:
-    """Contributions to the uncertainty of a deviation, from contributions to the uncertainty of the measure.
+    """Contributions to the uncertainty of a deviation, from the contributions of the measure.
 
     Parameters
     ----------
@@ -503,8 +503,8 @@ def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float
     Returns
     -------
     UncertaintyBudget
-        For `MEASURES`, the deviation is (theory - FE) / FE, and the contributions are multiplied by 1 + deviation. For
-        `MISFITS` they are unchanged.
+        For `MEASURES`, the deviation is (theory - FE) / FE, and the contributions are multiplied by abs(1 + deviation).
+        For `MISFITS` they are unchanged.
     """
     return budget.scaled(abs(1.0 + deviation)) if measure in MEASURES else budget
 

@@ -285,7 +285,12 @@ def has_certain_failure(judgements: Mapping[str, Judgement], half_space: Rung) -
 
 
 def _fails_beyond_doubt(judgement: Judgement, half_space: Rung) -> bool:
-    """Whether a theory fails by the half-space with five uncertainties on every variant."""
+    """Whether a theory fails by the half-space with five uncertainties on every variant.
+
+    A variant fails if at least one measure exceeds its limit by more than `_CERTAINTY_FACTOR` times its uncertainty.
+    The difference of the deviations from the half-space and from the finite elements is added to the numerical
+    uncertainty.
+    """
     assert judgement.approximation is not None
     half_space_deviation = compute_deviations(half_space, judgement.approximation)
     uncertainty = {

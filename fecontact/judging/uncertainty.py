@@ -333,9 +333,10 @@ def compute_mesh_change(values: Sequence[float]) -> float:
 
 
 def _cut_plane_uncertainty(measure: str, value: float, shared: bool) -> float:
-    """Uncertainty of a measure from the cut planes.
+    """Uncertainty of a measure from the cut planes (-).
 
-    It is larger if several separate patches share the load.
+    It is larger if several separate patches share the load (`shared`); then a part is proportional to `value`, the
+    value of the measure.
     """
     declared = UNCERTAINTIES[measure]
     if not shared:

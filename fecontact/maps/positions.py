@@ -61,7 +61,26 @@ def _find_feature_limit(
     placement: Placement,
     limit: LoadLimit,
 ) -> LoadLimit:
-    """Loads at which Hertz holds by a verdict of a feature."""
+    """Loads at which Hertz holds by a verdict of a feature.
+
+    Parameters
+    ----------
+    verdicts
+        Readings and verdicts of the feature.
+    cells
+        Cells of the position in ascending order of the load.
+    further_loads
+        Loads between the cells that were solved for the limit of the pressure; used where the answer changes.
+    placement
+        Wheel on rail.
+    limit
+        Limit of the pressure at the position.
+
+    Returns
+    -------
+    LoadLimit
+        Intervals of loads in N.
+    """
     judgements = [(cell.load_N, verdicts.read(cell.usable)) for cell in cells if cell.usable]
     answers = {load_N: judgement.verdict.answer for load_N, judgement in judgements if judgement is not None}
     changes = [(low, high) for low, high in pairwise(answers) if answers[low] != answers[high]]

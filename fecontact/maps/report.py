@@ -255,7 +255,11 @@ def _choose_largest_loads(applicability_map: ApplicabilityMap) -> list[tuple[Jud
 def _build_pictures(
     applicability_map: ApplicabilityMap, largest_loads: Sequence[tuple[JudgedLoad, Placement]]
 ) -> list[Part]:
-    """Pictures of the pair, of the ladder and of the pressures."""
+    """Pictures of the pair, of the ladder and of the pressures.
+
+    `largest_loads` has the usable load and the placement of the shown positions; without them there is no picture of
+    the pair and of the pressures.
+    """
     parts: list[Part] = []
     if largest_loads:
         load, placement = largest_loads[len(largest_loads) // 2]
@@ -283,7 +287,11 @@ def _build_pictures(
 
 
 def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
-    """Table of load limits, by the map's measures and by the verdicts of features."""
+    """Table of load limits, with a row for each shift.
+
+    The columns are the shift in mm, the limit of the verdict on the pressure, and a limit for each feature's verdict
+    that the case requests. Limits are texts in kN.
+    """
     feature_verdicts = [
         name for name, verdict in load_offers("MAPS").items() if verdict.criterion(applicability_map.case)
     ]

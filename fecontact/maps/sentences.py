@@ -175,7 +175,17 @@ def _count_unusable(view: MapView) -> list[str]:
 
 
 def _join_shifts(shifts_mm: Sequence[float], indices: Sequence[int]) -> str:
-    """Shifts in words; three or more close neighbours become a range."""
+    """Shifts in words, such as "from -4 to 2 and at 5 mm".
+
+    Three or more close neighbours become a range. Neighbours more than `CLOSE_SHIFTS_MM` apart are in different ranges.
+
+    Parameters
+    ----------
+    shifts_mm
+        Ascending shifts of the map.
+    indices
+        Ascending indices of the shifts to describe.
+    """
     ranges: list[str] = []
     single_shifts: list[str] = []
     # A gap in the picture is also a gap in the sentence.

@@ -158,7 +158,10 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
 
 
 def _mesh_lines(record: TableRecord) -> Iterator[str]:
-    """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals."""
+    """Iterate over sentences on mesh refinement, agreement of both contacts, and solver residuals.
+
+    Texts have percentages, kN and GN/m^1.5; `record` is the record of a load with finite elements.
+    """
     elements, solver = record["elements"], record["solver"]
     yield f"{_status_word(record['verdict']['answer'])} on {refinement(solver['elements_per_semi_axis'])}"
     yield (

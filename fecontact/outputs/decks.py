@@ -107,7 +107,21 @@ def _unit_lines(half: bool) -> list[str]:
 def _mesh_lines(
     mesh: BodyMesh, element: ElementType, *, first_node: int, first_element: int, prefix: str
 ) -> Iterator[str]:
-    """Iterate over the lines of elements, node sets and surfaces of a body."""
+    """Iterate over the lines of elements, node sets and surfaces of a body.
+
+    The format is the input of Abaqus and CalculiX.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body.
+    element
+        Type of the elements in the deck.
+    first_node, first_element
+        Numbers of the first node and of the first element of the body.
+    prefix
+        Start of the names of sets and surfaces, so that they are unique in the deck.
+    """
     yield f"*ELEMENT, TYPE={element}, ELSET={mesh.name}"
     for number, nodes in enumerate((mesh.hexes + first_node).tolist(), start=first_element):
         yield f"{number}, {', '.join(map(str, nodes))}"
@@ -193,7 +207,8 @@ def _material_lines(body: str, material: Material) -> list[str]:
 def _guide_lines(wheel: BodyMesh, direction: Floats, rail_node_count: int, load_point: int) -> Iterator[str]:
     """Iterate over the equations that guide the rim by the load point.
 
-    Each node of the rim moves along the direction of the load with the load point.
+    Each node of the rim moves along the direction of the load with the load point. `rail_node_count` is the number of
+    nodes before the wheel's nodes, and `load_point` the number of the node of the load.
     """
     yield "*EQUATION"
     for node in (np.unique(wheel.surfaces["driven"]) + rail_node_count + 1).tolist():

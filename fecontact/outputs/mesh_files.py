@@ -112,7 +112,11 @@ class _Cells:
 
 
 def _write_msh(mesh: BodyMesh | MeshedPair, path: Path, _: ElementType) -> None:
-    """Write a mesh file of gmsh."""
+    """Write a mesh file of gmsh in its text format.
+
+    Bodies are physical groups of dimension 3, surfaces are physical groups of dimension 2. Points are undeformed, in
+    mm; the type of element is not used.
+    """
     import meshio
 
     cells = _Cells.build(mesh)

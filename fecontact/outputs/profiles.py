@@ -268,6 +268,8 @@ def draw_profile(profile: Profile, path: str | Path) -> Path:
 def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: SmoothingResult) -> str:
     """Draw the points of a smoothed profile and their deviations from it.
 
+    The points (y, z) are in mm; the deviations over y are in um, with dashed lines at twice the noise.
+
     Returns
     -------
     str

@@ -308,7 +308,10 @@ def _page_template() -> Template:
 
 
 def _picture_source(picture: Picture) -> str:
-    """Data URI of a picture; empty if the picture's file does not exist."""
+    """Data URI of a picture; empty if the picture's file does not exist.
+
+    SVG stays SVG. Other files and images become WebP at the width of the picture in pixels.
+    """
     content = picture.content
     if isinstance(content, Path):
         if not content.is_file():

@@ -372,8 +372,8 @@ def remedy_text(record: Record) -> str:
 def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
     """Distance of the deciding measure from its limit, and its irreducible uncertainty.
 
-    No mesh removes the irreducible uncertainty. The result is None if the distance is at least as large, or if the
-    stated uncertainty is more than 2 times the irreducible uncertainty.
+    Both are in the unit of the deviation (-). No mesh removes the irreducible uncertainty. The result is None if the
+    distance is at least as large, or if the stated uncertainty is more than 2 times the irreducible uncertainty.
     """
     measure, hertz = record["verdict"]["measure"], deciding_hertz(record)
     deviation, stated_uncertainty = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))

@@ -89,7 +89,15 @@ class Irregularity:
     points_mm: tuple[tuple[float, float], ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse missing or additional inputs of the kind, bad tables and steep slopes."""
+        """Refuse missing or additional inputs of the kind, bad tables and steep slopes.
+
+        Points become tuples of floats (mm).
+
+        Raises
+        ------
+        InputError
+            For the first fault, with the allowed inputs; slopes above `MAX_SLOPE` are refused.
+        """
         required, possible = (
             _REQUIRED_INPUTS[self.kind],
             (*_REQUIRED_INPUTS[self.kind], *_OPTIONAL_INPUTS.get(self.kind, ())),
@@ -219,7 +227,16 @@ def _slopes(points: Sequence[tuple[float, float]]) -> list[float]:
 
 
 def _check_points(points: Sequence[tuple[float, float]]) -> None:
-    """Refuse a table with too few points, points out of order, gaps or steps."""
+    """Refuse a table with too few points, points out of order, gaps or steps.
+
+    Points are (distance, opening) in mm. A gap is longer than `_MAX_GAP_RATIO` times the median spacing; a step has a
+    slope above `MAX_SLOPE`.
+
+    Raises
+    ------
+    InputError
+        For the first fault, with its place.
+    """
     if len(points) < _MIN_POINTS or not all(math.isfinite(coordinate) for point in points for coordinate in point):
         raise InputError(f"irregularity table: {len(points)} points; allowed: at least {_MIN_POINTS}, all finite")
     middle = median(_steps(points))
@@ -460,7 +477,24 @@ def _parse_numbers(row: list[str]) -> list[float] | None:
 
 
 def _unit_factor(column_unit: str | None, heading: list[str] | None, column: int, path: str) -> float:
-    """Factor to mm of a column, from its unit or the heading."""
+    """Factor to mm of a column, from its unit or the heading.
+
+    Parameters
+    ----------
+    column_unit
+        Unit of the column; None to read it from the ending of the heading.
+    heading
+        Headings of all columns; None without a heading.
+    column
+        Index of the column: 0 for the distance, 1 for the opening.
+    path
+        File for the message of an error.
+
+    Raises
+    ------
+    InputError
+        If there is no unit, or if the unit is not a length in `_LENGTH_UNITS_MM`.
+    """
     name = ("distance", "opening")[column]
     heading_unit = re.search(r"[\[(_ ](mm|um|µm|cm|m)[\])]?$", heading[column].strip()) if heading else None
     unit = column_unit or (heading_unit[1].replace("µ", "u") if heading_unit else None)

@@ -653,6 +653,19 @@ def _relative_curvatures(
     """Relative curvatures at contact points (n,), from a side of the profiles.
 
     Axes of the wheel's surface and of the rail's tangent are projected on the contact frame.
+
+    Parameters
+    ----------
+    rail, wheel
+        Poses of both bodies.
+    u_wheel, u_rail
+        Profile parameters of the contact points.
+    theta
+        Angle about the wheel's axle in rad.
+    angle
+        Contact angle in rad.
+    side
+        Side from which curvatures at a junction are taken.
     """
     p, zero = wheel.profile.evaluate(u_wheel, side), np.zeros_like(theta)
     meridian = np.arctan2(p.dz, p.dy)[:, None]

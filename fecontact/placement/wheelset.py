@@ -125,7 +125,25 @@ class PairSampler:
 def _refine_first_touch(
     shift_mm: float, places: Integers, gap: Floats, y: Floats, slide: Floats, wheel_y: Floats, radius: Floats
 ) -> LoweredWheel | None:
-    """The wheel at the smallest gap over samples (n,) along it; None without a finite gap."""
+    """The wheel at the smallest gap over samples (n,) along it; None without a finite gap.
+
+    A parabola through three neighbours refines the position if they are next to each other.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift of the wheel in mm.
+    places
+        Indices of the samples; gaps in them are samples that were left out.
+    gap
+        Vertical gap in mm for an axle at height 0.
+    y, wheel_y
+        Lateral positions in mm in the track frame and on the wheel's profile.
+    slide
+        Slide of the contact point along the common tangent in mm, which adds to the lever.
+    radius
+        Rolling radius in mm.
+    """
     lowest = int(np.argmin(gap)) if gap.size else 0
     if not gap.size or not np.isfinite(gap[lowest]):
         return None
@@ -737,7 +755,11 @@ class _ContactPointsOverShift:
         return self._wheels_by_shift[shift]
 
     def _lower_wheels(self, shift: float) -> tuple[LoweredWheel, LoweredWheel] | None:
-        """Both wheels on their rails at a shift; None if a wheel cannot stand there."""
+        """Both wheels on their rails at a shift; None if a wheel cannot stand there.
+
+        `shift` is in mm, positive to the left. If the wheelset rolls, its roll is the first guess for the next shift.
+        The right wheel is in its mirrored frame.
+        """
         wheelset = self._wheelset
         if self._rolls:
             lowered = wheelset.stand(shift, self._yaw, guess_rad=self._guess)
@@ -749,7 +771,7 @@ class _ContactPointsOverShift:
         return None if left is None or right is None else (left, right)
 
     def _find_jump(self, side: TrackSide, low: float, high: float) -> Jump | None:
-        """A jump between two shifts, by bisection.
+        """A jump between two shifts (mm), by bisection; None if the contact point moves continuously.
 
         The bisection ends if the contact points at both ends are close.
         """

@@ -334,7 +334,11 @@ class Profile:
 
     @cached_property
     def junctions(self) -> tuple[Junction, ...]:
-        """Points with a jump of slope or curvature, from small to large y."""
+        """Points with a jump of slope or curvature, from small to large y.
+
+        Lengths are in mm, angles in rad; curvatures (1/mm) are positive for a convex body. Jumps of the curvature of up
+        to `CURVATURE_JUMP_PER_MM` are left out.
+        """
         ends, jumps = np.arange(1, len(self.segments), dtype=float), []
         left, right = self.evaluate(ends, "left"), self.evaluate(ends, "right")
         for i in range(ends.size):

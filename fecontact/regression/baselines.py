@@ -140,7 +140,11 @@ def _csv_text(table: ResultTable) -> str:
 
 
 def _round_text(column: str, text: str) -> str:
-    """Text of a cell with rounded numbers."""
+    """Text of a cell with rounded numbers, for a baseline.
+
+    Numbers have `_SIGNIFICANT_DIGITS` digits. Numbers far below the absolute tolerance of the column become 0; other
+    texts stay unchanged.
+    """
     value = math.nan if find_kind(column) == TEXT_KIND else parse_number(text)
     if math.isnan(value):
         return text

@@ -375,7 +375,11 @@ def _sort_worst_first(values: pandas.DataFrame) -> pandas.DataFrame:
 
 
 def _compare_values(baseline: pandas.DataFrame, new: pandas.DataFrame, tolerances: Tolerances) -> pandas.DataFrame:
-    """Differences of two tables with equal cases and columns, column by column."""
+    """Differences of two tables with equal cases and columns, column by column.
+
+    The result has a row for each case and column, with both values, the tolerance, and the difference as a multiple of
+    its tolerance.
+    """
     values = pandas.DataFrame(
         {
             "column": [name for name in baseline for _ in baseline.index],

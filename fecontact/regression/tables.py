@@ -346,7 +346,10 @@ def _read_document(path: Path) -> Mapping[str, Any]:
 
 
 def _check_seal(path: Path, document: Mapping[str, Any], *, folder: bool) -> None:
-    """Refuse a document or its table if it was changed after it was written."""
+    """Refuse a document or its table if it was changed after it was written.
+
+    `folder` decides whether a missing table is an error. Documents of schemas without a seal are accepted.
+    """
     schema = str(document.get("schema"))
     if (schema in _SCHEMAS_BEFORE_SEALS or not schema.startswith(_SEALED_SCHEMAS)) and SEAL_KEY not in document:
         # A baseline, a row, or a table alone has no seal.
@@ -384,7 +387,13 @@ def _read_json_rows(path: Path, document: Mapping[str, Any]) -> tuple[list[str],
 
 
 def _read_csv_rows(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Columns and rows of a CSV."""
+    """Columns and rows of a CSV, as texts.
+
+    Raises
+    ------
+    InputError
+        If the file is no CSV or is empty, if a column appears twice, or if a row has a different length.
+    """
     # Not by pandas: it would fill up rows that are too short, and number a repeated column name.
     try:
         # The byte order mark of spreadsheets is not part of the first name.

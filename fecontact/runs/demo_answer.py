@@ -82,7 +82,10 @@ def _describe_loads(position: MapPosition, answer: str, loads_N: Sequence[float]
 
 
 def _describe_interval(interval: LoadInterval, loads_N: Sequence[float]) -> str:
-    """Interval of loads in words, such as "up to 50 kN"."""
+    """Interval of loads in words, such as "up to 50 kN".
+
+    `loads_N` are the loads of the map. An interval over all of them is "at all loads", or empty for a single load.
+    """
     low_N, high_N = interval.low_N, interval.high_N
     is_from_start, is_to_end = low_N <= min(loads_N), high_N >= max(loads_N)
     if is_from_start and is_to_end:

@@ -141,7 +141,10 @@ def determine_origin(case: Case) -> Origin:
 
 @cache
 def _determine_solving_origin(solver: str) -> Mapping[str, str]:
-    """Versions and sources of a solution with a solver, by name."""
+    """Versions and sources of a solution with a solver, by name.
+
+    An unknown or unavailable solver keeps its name as the path of the solver.
+    """
     try:
         path: str = choose_solver(solver)  # type: ignore[arg-type]
     except InputError:

@@ -89,7 +89,10 @@ def read_map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
 
 
 def _bands(limit: Mapping[str, Any], cells: Sequence[Mapping[str, Any]]) -> Sequence[Band]:
-    """Verdicts over the load at a lateral shift, with the unresolved loads in kN."""
+    """Verdicts over the load at a lateral shift, with the unresolved loads in kN.
+
+    `limit` is the record of the load limit at the shift, and `cells` the records of all cells of the map.
+    """
     cells_at_shift = [
         cell for cell in cells if cell["lateral_shift_mm"] == limit["lateral_shift_mm"] and "verdict" in cell
     ]

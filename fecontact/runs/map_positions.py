@@ -169,7 +169,11 @@ def read_pictured_position(
 
 
 def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> PicturedPosition:
-    """Draw the cells of a position, and evaluate the slow quantities of a row."""
+    """Draw the cells of a position, and evaluate the slow quantities of a row.
+
+    `dear` decides whether the slow readings of features are added, and `pictured` whether cells are drawn. Pictures are
+    by the load in N.
+    """
     from fecontact.maps.report import draw_cell_picture
 
     pictures = {}
@@ -183,7 +187,11 @@ def _draw_position(position: MapPosition, *, dear: bool, pictured: bool) -> Pict
 
 
 def _restore_position(stored: StoredPosition) -> MapPosition:
-    """Restore a position, its load limit and its cells from the stored loads."""
+    """Restore a position, its load limit and its cells from the stored loads.
+
+    The first stored loads belong to the search for the limit, the others to the cells. Without a placement the position
+    has only failed cells and a reason.
+    """
     record, shift, placement = stored.record, stored.case.lateral_shift_mm, stored.placement
     cells = {cell["load_N"]: MapCell(lateral_shift_mm=shift, **cell) for cell in record["cells"]}
     stopped_cell = record["stopped"] and MapCell(lateral_shift_mm=shift, **record["stopped"])

@@ -168,7 +168,10 @@ class _MapRun:
         finish_jobs(jobs, self.opened_run, on_done=self._keep_position)
 
     def write(self, *, drawn: bool = True) -> ApplicabilityMap:
-        """Write the files of the map, or of the part, with the finished positions."""
+        """Write the files of the map, or of the part, with the finished positions.
+
+        `drawn` decides whether pictures are drawn too. The time for writing decides when the tables are written next.
+        """
         positions_so_far = tuple(self._positions[shift] for shift in sorted(self._positions))
         map_result = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=positions_so_far)
         name, start = f"map{self.opened_run.settings.part_suffix}", time.monotonic()
@@ -196,7 +199,10 @@ class _MapRun:
         return replace(job, read=read_folder, label=f"{case.lateral_shift_mm:+z.2f} mm", force=has_retry)
 
     def _keep_position(self, outcome: JobOutcome) -> None:
-        """Keep the outcome of a position; write the files if their time has come."""
+        """Keep the outcome of a position; write the files if their time has come.
+
+        A failed job gives a position with failed cells.
+        """
         shift = self._shifts[outcome.name]
         failure = outcome.failure
         if failure is None:

@@ -101,7 +101,15 @@ def _name_in_errors(where: str) -> Iterator[None]:
 
 
 def _read_values(inputs_by_key: Mapping[str, Any], prefix: str = "") -> Values:
-    """Lists of values by their inputs; most lists have a single value."""
+    """Lists of values by their inputs; most lists have a single value.
+
+    `prefix` is the path of the outer table, with a point at its end. Tables inside are read too.
+
+    Raises
+    ------
+    InputError
+        For an unknown key, or a table that is given as a value.
+    """
     values: Values = {}
     for key, value in inputs_by_key.items():
         if key not in PARTS:

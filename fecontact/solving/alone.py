@@ -263,7 +263,11 @@ def compute_strip_stiffness(case: Case) -> tuple[float, float] | None:
 
 
 def _make_line(case: Case, placement: Placement) -> ContactTableRow:
-    """Line of a contact table at a placement, with Hertz, springs and strips."""
+    """Row of a contact table at a placement, with Hertz, springs and strips.
+
+    Theories without a solution give a text in `problem`; their fields stay empty. The cheapest theory is found only if
+    the strips are solved, because the strips are its reference.
+    """
     hertz, problem = None, ""
     try:
         hertz = compute_hertz(case, placement)

@@ -101,7 +101,7 @@ def mesh_pair(case: Case) -> MeshedPair:
 
 
 def _expect_fine_zone(case: Case, placement: Placement) -> tuple[FineZone, float]:
-    """Fine zone of the first meshes of a case, and the half-space's approach along the normal (mm)."""
+    """Fine zone of the first meshes of a case, and the half-space's normal approach (mm)."""
     require_finite_elements()
     _, expected = expect_on_half_space(case, placement)
     zone = make_fine_zone(expected, choose_element_size_mm(case, expected))

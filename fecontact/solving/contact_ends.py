@@ -18,7 +18,7 @@ _CORNER_RAD = 0.02
 
 
 def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
-    """Refuse a contact at the end of the wheel's profile, or on a corner or edge.
+    """Refuse a contact at the end of the wheel's profile, a corner or an edge.
 
     The pressure has no bound there.
 
@@ -59,7 +59,13 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
 
 
 def _check_irregularity(placement: Placement, rung: Rung) -> None:
-    """Refuse a contact on an edge of an irregularity, or beyond its table."""
+    """Refuse a contact on an edge of an irregularity, or beyond its table.
+
+    Raises
+    ------
+    InputError
+        If the loaded rows of the grid, extended by a node at each end, contain an edge or leave the table.
+    """
     irregularity, x_mm, spacing_mm = placement.along, rung.grid.x_mm + placement.first.x_mm, rung.grid.steps_mm[0]
     if irregularity is None:
         return

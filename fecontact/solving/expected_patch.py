@@ -269,7 +269,15 @@ def _solve_again(expected: ExpectedPatch, grid: ContactGrid, load_N: float) -> R
 
 
 def _solve_on_coarse_grid(true_gap: TrueGap, load_N: float, *, half: bool, guess_mm: float) -> Rung:
-    """Solve the contact on coarse nodes over the whole surface in reach."""
+    """Solve the contact on coarse nodes over the whole surface in reach.
+
+    `guess_mm` is a first guess of the rigid approach in mm; the grid grows until it covers the solved approach.
+
+    Raises
+    ------
+    ConvergenceError
+        If the approach exceeds the reach on all of 12 grids.
+    """
     reach_mm = guess_mm
     for _ in range(12):
         grid = _make_coarse_grid(true_gap, reach_mm, half=half)
@@ -354,7 +362,28 @@ def _interpolate_plane_angle(true_gap: TrueGap, grid: ContactGrid, planes: Rung)
 def _find_near_region(
     true_gap: TrueGap, reach_mm: float, half: bool
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Bounding box of the surface that comes together for a rigid approach by `reach_mm`."""
+    """Bounding box of the surface that comes together for a rigid approach by `reach_mm`.
+
+    Parameters
+    ----------
+    true_gap
+        Gap function of the placed profiles.
+    reach_mm
+        Approach along the direction of the load in mm.
+    half
+        Whether the region has only x >= 0.
+
+    Returns
+    -------
+    (x_low, x_high), (s_low, s_high)
+        Bounds in mm from the first contact point, extended by a sample at each end. If no sample is near, the box is
+        wide along x and 2 mm wide across.
+
+    Raises
+    ------
+    InputError
+        If the region reaches an end of the rail's profile.
+    """
     placement = true_gap.placement
     profile, origin_mm = placement.rail.profile, placement.first_arc_length_mm
     height_mm = 0.0 if placement.along is None else placement.along.height_mm
@@ -516,7 +545,10 @@ def measure_resolved_lobes_mm(sizes: LobeSizes) -> tuple[float, float]:
 
 
 def _make_expected_patch(true_gap: TrueGap, rung: Rung) -> ExpectedPatch:
-    """Expected patch from its half-space contact."""
+    """Expected patch from its half-space contact.
+
+    Bounds in mm are from the contact with pressure; the semi-axes in mm decide on the sizes of the elements.
+    """
     (x_low_mm, x_high_mm), (s_low_mm, s_high_mm) = _find_bounds(rung)
     semi_axis_x_mm, semi_axis_s_mm = measure_element_semi_axes_mm(rung)
     return ExpectedPatch(
@@ -551,7 +583,12 @@ def _make_parts(rung: Rung, semi_axis_s_mm: float) -> tuple[DistantPatch, ...]:
 
 
 def _split_distant_patches(rung: Rung) -> list[Rung]:
-    """Contact of each of several distant patches alone, from the gauge side on."""
+    """Contact of each of several distant patches alone, from the gauge side on.
+
+    Each contact has the grid of the given contact, and zero pressure in the columns of other patches. Patches are
+    separate if they are more than `_SEPARATION_CELLS` least cells apart, and more than half of `_SEPARATION_RATIO`
+    times the width of the wider patch. A single patch gives a list of one contact.
+    """
     # In units of the least cell, rounded so that rounding errors do not separate patches.
     ends = np.round((rung.grid.s_mm - rung.grid.s_mm[0]) / rung.grid.steps_mm[1] + 0.5 * rung.grid.weights, 6)
     starts = np.round(ends - rung.grid.weights, 6)
@@ -576,7 +613,10 @@ def _split_distant_patches(rung: Rung) -> list[Rung]:
 
 
 def _find_bounds(rung: Rung) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Bounding box of the contact, along x and across."""
+    """Bounding box of the contact, along x and across.
+
+    Bounds in mm are the ends of the outermost loaded cells. A half grid is mirrored, so that x_low = -x_high.
+    """
     x_mm, s_mm, cells_mm, pressure = rung.grid.x_mm, rung.grid.s_mm, rung.grid.cells_mm, rung.pressure_MPa
     spacing_x_mm = rung.grid.steps_mm[0]
     rows, columns = np.flatnonzero(pressure.any(axis=1)), np.flatnonzero(pressure.any(axis=0))

@@ -79,7 +79,20 @@ def _column_at_contact_point(placement: Placement, grid: ContactGrid) -> int:
 
 
 def _expected_curvatures(placement: Placement, s_mm: float, step_mm: float) -> tuple[float, float]:
-    """Relative curvatures (1/mm) along and across near the contact point, by the profiles alone."""
+    """Relative curvatures (1/mm) along and across near the contact point, by the profiles alone.
+
+    The curvature across is a mean over `step_mm` on both sides of `s_mm`, with weights that fall linearly to zero, as a
+    second difference of the gap has them.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail.
+    s_mm
+        Arc length across, from the first contact point.
+    step_mm
+        Step of the second difference.
+    """
     contact_point, curvature = placement.first, placement.first.curvature
     offsets = np.linspace(-1.0, 1.0, _SAMPLE_COUNT)
     weights = 1.0 - np.abs(offsets)

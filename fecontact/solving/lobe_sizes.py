@@ -143,7 +143,8 @@ def measure_lobe_sizes(rung: Rung, *, least_nodes: int = 1) -> LobeSizes:
 def _find_lobes(rung: Rung, valley_depth: float, least_nodes: int) -> list[_Lobe]:
     """Find the lateral peaks that stand out by a fraction of the highest peak.
 
-    Each lobe extends from valley to valley.
+    Each lobe extends from valley to valley. `valley_depth` is the fraction (-). Peaks with fewer than `least_nodes`
+    nodes to a valley are left out, and their columns belong to their neighbours.
     """
     pressure, spacing_x_mm, cells_mm = rung.pressure_MPa, rung.grid.steps_mm[0], rung.grid.cells_mm
     ridge = np.concatenate(([0.0], pressure.max(axis=0), [0.0]))

@@ -399,7 +399,14 @@ class CoupledMesh:
             self.room, self.enlarged = room, self.enlarged + 1
 
     def _contact(self, position: Position) -> tuple[TrueGap, CoupledProblem, ContactSolution]:
-        """Solve the contact on the elements' nodes, with the slide on a steep surface."""
+        """Solve the contact on the elements' nodes, with the slide on a steep surface.
+
+        Returns
+        -------
+        true_gap, problem, solution
+            The gap function (with the slide of the solution on a steep surface), the contact problem with this gap, and
+            its solution.
+        """
         problem, true_gap, grid = self._problem, position.true_gap, self.bodies.grid
         if true_gap.slide_mm != self._position.true_gap.slide_mm:
             problem = problem.with_gap(grid.weighted_mean(true_gap.gap))
@@ -417,7 +424,11 @@ class CoupledMesh:
         return true_gap, problem.with_gap(gap_mm), solution
 
     def _add_yield(self, position: Position, problem: CoupledProblem, solution: ContactSolution, level: Level) -> Level:
-        """Add the first loading of bodies that may yield to a level."""
+        """Add the first loading of bodies that may yield to a level.
+
+        The level is returned unchanged if the case has no yield stress or the level is not converged. `plastic` keeps
+        the plastic contact for further loads. Variants of the yield stress are solved on the coarser meshes only.
+        """
         if not position.case.may_yield or level.status != "converged":
             return level
         load_N, true_gap = position.case.load_N, position.true_gap
@@ -462,7 +473,17 @@ class CoupledMesh:
         return solution.approach_mm * float(true_gap.direction @ tangent) - yielding_mm
 
     def _more_room(self, position: Position, nodal: Rung, added: Field) -> ZoneMargin:
-        """Room of the zone, enlarged where the contact comes near its edge or continues beyond it."""
+        """Room of the zone, enlarged where the contact is near or beyond its edge.
+
+        Parameters
+        ----------
+        position
+            Position with the gap function.
+        nodal
+            Contact on the elements' nodes.
+        added
+            Elastic opening in mm that the elements add to the half-space.
+        """
         larger_room = enlarge_room(self.room, nodal, position.expected, self.bodies.bands)
         overlap_mm = position.true_gap.find_overlap_beyond(nodal, added)
         if overlap_mm is None:
@@ -498,7 +519,11 @@ class CoupledMesh:
         raise first_error
 
     def _couple_with_sizes(self, room: ZoneMargin) -> CoupledBodies:
-        """Couple the bodies over a room, with smaller elements if elements fold."""
+        """Couple the bodies over a room, with smaller elements if elements fold.
+
+        All factors of `_FOLDED_SIZE_FACTORS` are tried in turn; if elements fold with every factor, the first error is
+        raised.
+        """
         position = self._position
         first_error: FoldedMeshError | None = None
         for factor in _FOLDED_SIZE_FACTORS:
@@ -519,7 +544,19 @@ class CoupledMesh:
             self._problem = make_coupled_problem(self._position.true_gap, bodies, otherwise=self._coarser <= 1.0)
 
     def _level(self, position: Position, nodal: Rung, added: tuple[Field, Field | None], *, at_edge: bool) -> Level:
-        """Make the level of a solved contact, with the contact on finer nodes."""
+        """Make the level of a solved contact, with the contact on finer nodes.
+
+        Parameters
+        ----------
+        position
+            Position with its gap function and load.
+        nodal
+            Contact on the elements' nodes.
+        added
+            Opening in mm that the elements add to the half-space, by the fit and by the other fit (None without it).
+        at_edge
+            Whether the contact is near the edge of the zone.
+        """
         bodies = self.bodies
         with position.clock.step("resolve"):
             half_space, gap, load_N = position.expected.half_space, position.true_gap, position.case.load_N
@@ -582,7 +619,17 @@ def make_covering_grid(fine: ContactGrid, nodal: Rung) -> ContactGrid:
 
 
 def _extend_band(fine_mm: Floats, coarse_mm: Floats, columns: NDArray[np.int64]) -> Floats:
-    """Extend a band over a contact on elements, by at most its width at either end."""
+    """Extend a band over a contact on elements, at most by its width per end.
+
+    Parameters
+    ----------
+    fine_mm
+        Uniform positions (n,) of the band in mm.
+    coarse_mm
+        Positions of the elements' nodes in mm.
+    columns
+        Indices of the loaded columns on the elements' nodes; the band is returned unchanged if there are none.
+    """
     if columns.size == 0:
         return fine_mm
     step_mm, extended_mm = float(fine_mm[1] - fine_mm[0]), _extend_axis(fine_mm, coarse_mm, columns)
@@ -757,7 +804,12 @@ class Meshes:
         self._meshes.clear()
 
     def _refine(self, position: Position, levels: list[Level]) -> InputError | None:
-        """Insert a level on finer meshes before the other levels, or return the reason against it."""
+        """Insert a level on finer meshes before the other levels.
+
+        The elements are smaller by `MESH_RATIO` than on the finest level. Reasons are too many degrees of freedom and
+        too little memory or geometry for the meshes; then `levels` is unchanged. The result is None if the level was
+        inserted.
+        """
         case = position.case
         expected_unknowns = estimate_finer_unknowns(levels)
         if expected_unknowns > case.most_unknowns:
@@ -775,7 +827,11 @@ class Meshes:
         return None
 
     def _level(self, position: Position, coarser: float, seconds_left: float | None = None) -> Level:
-        """Solve a level and measure its wall time."""
+        """Solve a level and measure its wall time.
+
+        `coarser` is the size of the elements as a factor of the size of the case. `seconds_left` is the estimated time,
+        for the progress only.
+        """
         clock, start_seconds = position.clock, time.perf_counter()
         clock.stage = _describe_stage(position.case, coarser, seconds_left)
         try:
@@ -798,7 +854,11 @@ class Meshes:
         )
 
     def _solved(self, position: Position, coarser: float) -> Level:
-        """Solve a level on its meshes, which are made if they do not exist yet."""
+        """Solve a level on its meshes, which are made if they do not exist yet.
+
+        `coarser` is the size of the elements as a factor of the size of the case: 1 for the meshes of the case, below 1
+        for a refinement. Meshes are kept for further loads or closed, as `keep` decides.
+        """
         mesh = self._meshes.get(coarser) or CoupledMesh(self.position, coarser, self._room)
         level = replace(mesh.solve(position), more_nodes=position.more_nodes, turned_force=position.turned_force)
         self._room = mesh.room
@@ -837,7 +897,11 @@ def _solve_with_turned_normals(position: Position) -> Rung | None:
 
 
 def _describe_stage(case: Case, coarser: float, seconds_left: float | None) -> str:
-    """Description of the present meshes and of their remaining time, for waiting users."""
+    """Description of the present meshes and of their remaining time, for waiting users.
+
+    `coarser` is the factor on the size of the elements: 1 for the first meshes, above 1 for coarser meshes, below 1 for
+    finer meshes.
+    """
     if coarser == 1.0:
         return "first meshes"
     time_left = "" if seconds_left is None else f", about {max(seconds_left, 1.0):.0f} s left"
@@ -852,7 +916,11 @@ def _describe_stage(case: Case, coarser: float, seconds_left: float | None) -> s
 
 
 def _iterate_limits(position: Position, levels: Sequence[Level]) -> Iterator[str]:
-    """Sentence on each shortage of elements or nodes for the patch."""
+    """Sentence on each shortage of elements or nodes for the patch.
+
+    There is a shortage with fewer than `_FEWEST_ELEMENTS` elements per semi-axis, and with fewer pressure nodes per
+    lobe than `_NODE_SHORTAGE_FRACTION` of the requested number. Without a shortage nothing is yielded.
+    """
     semi_axes_mm = (position.expected.semi_axis_x_mm, position.expected.semi_axis_s_mm)
     sizes_mm = levels[0].nodal.grid.steps_mm
     count, size_mm, semi_axis_mm = min(

@@ -119,7 +119,20 @@ def place_at_shifts(
 
 
 def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:
-    """Placement by the profiles alone, without irregularities."""
+    """Placement by the profiles alone, without irregularities.
+
+    Parameters
+    ----------
+    case
+        Case; unless its roll is given, the whole wheelset is placed and the side of the case is returned.
+    rail, wheel
+        Profiles to place; None for the profiles of the case.
+
+    Raises
+    ------
+    InputError
+        If the case has inputs of the opposite side that have no effect on a given roll.
+    """
     if case.roll != "given":
         return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
     if not case.opposite.is_mirror_image:

@@ -320,7 +320,23 @@ class YieldingBodies:
         )
 
     def _step(self, start: PlasticContact, load_N: float) -> PlasticContact:
-        """Solve the contact under another load, from the plastic state of a contact."""
+        """Solve the contact under another load, from the plastic state of a contact.
+
+        Pressure and plastic strain are iterated together, and each correction mixes earlier corrections.
+
+        Parameters
+        ----------
+        start
+            Contact before the load step.
+        load_N
+            New load.
+
+        Returns
+        -------
+        PlasticContact
+            Contact with the status `converged` if the last relative change is below `TOLERANCE`, `not converged` after
+            `_MOST_CORRECTIONS` corrections.
+        """
         coupled, model_problem = self.coupled, replace(self.problem, compliance=self.model, within=None)
         packing = self._make_packing(start.solution.pressure_MPa)
         pressure_MPa = start.solution.pressure_MPa * (load_N / start.load_N)
@@ -380,7 +396,10 @@ class YieldingBodies:
         )
 
     def _make_packing(self, pressure: Floats) -> _Packing:
-        """Weights that turn pressures and plastic strains into energies of the whole contact."""
+        """Weights that turn pressures and plastic strains into energies of the whole contact.
+
+        `pressure` (n,) in MPa only decides on the node with the highest pressure, where the compliance is taken.
+        """
         unit_pressure = np.zeros_like(pressure)
         highest = int(np.argmax(pressure))
         unit_pressure[highest] = 1.0
@@ -429,7 +448,10 @@ class _Packing:
         return np.concatenate([self.pressure * pressure, *strains])
 
     def unpack(self, vector: Floats) -> tuple[Floats, Pair]:
-        """Split a vector into pressure (n,) and plastic strains of both bodies."""
+        """Split a vector into pressure (n,) in MPa and plastic strains of both bodies.
+
+        The strains (elements, 8, 3, 3) are at the Gauss points, rail first. It is the inverse of `pack`.
+        """
         pressure_end = self.pressure.size
         rail_end = pressure_end + 9 * self.plastic[0].size
         plastic = (
@@ -441,9 +463,10 @@ class _Packing:
         return vector[:pressure_end] / self.pressure, tuple(plastic)
 
     def change(self, old: Floats, new: Floats) -> float:
-        """Relative change of pressure or plastic strain, the larger of both.
+        """Relative change of pressure or plastic strain (-), the larger of both.
 
-        The change of the pressure is relative to its peak; the change of the plastic strain is a ratio of energy norms.
+        The change of the pressure is its largest nodal change, relative to the new peak. The change of the plastic
+        strain is a ratio of energy norms; it is 0 without plastic strain. `old` and `new` are packed vectors.
         """
         count = self.pressure.size
         old_pressure, new_pressure = old[:count] / self.pressure, new[:count] / self.pressure
@@ -664,7 +687,11 @@ def _stress_exponent(bodies: YieldingBodies, start: PlasticContact, loaded: Plas
 
 
 def _measure_extent(yielded_body: YieldedBody, mesh: BodyMesh, zone: PlasticZone, state: PlasticState) -> YieldedBody:
-    """Extent of the plastic zone of a body, from its Gauss points."""
+    """Extent of the plastic zone of a body, from its Gauss points.
+
+    Places and depths below the surface are in mm, the volume is in mm3 of the whole body. Without plastic strain the
+    body is returned unchanged.
+    """
     strain = state.equivalent.ravel()
     has_flowed = strain > 0.0
     if not np.any(has_flowed):
@@ -719,7 +746,25 @@ def compute_nodal_fields(bodies: YieldingBodies, contact: PlasticContact) -> Map
 def _compute_nodal_fields(
     body: ElasticBody, zone: PlasticZone, state: PlasticState, displacements: Floats
 ) -> dict[str, Floats]:
-    """Plastic strain and von Mises stress at the nodes of a body."""
+    """Plastic strain and von Mises stress at the n nodes of a body.
+
+    Parameters
+    ----------
+    body
+        Elastic body with its mesh.
+    zone
+        Elements that may yield.
+    state
+        Plastic state at the 8 Gauss points of each element of the zone.
+    displacements
+        Displacements of the nodes in mm.
+
+    Returns
+    -------
+    dict of str to ndarray
+        `equivalent_plastic_strain` (n,) without unit, 0 outside the zone; `von_mises_plastic_MPa` (n,) with the stress
+        that the plastic strain takes away.
+    """
     cells = len(body.mesh.hexes)
     equivalent, stress_relaxation = np.zeros((cells, 8, 1)), np.zeros((cells, 8, 6))
     equivalent[zone.elements, :, 0] = state.equivalent

@@ -78,7 +78,10 @@ class Preview:
         )
 
     def _repr_html_(self) -> str:
-        """Table of the touch points, for a notebook."""
+        """HTML for a notebook: summary, and a table of the touch points.
+
+        Positions on both profiles are in mm, contact angles in mrad.
+        """
         points = {
             f"contact point {number}": {
                 "rail y in mm": f"{contact_point.rail_y_mm:.2f}",
@@ -147,7 +150,11 @@ def preview_case_to_solve(case: Case) -> Preview:
 
 
 def _make_preview(case: Case, placement: Placement, *, nodes: int | None = None) -> Preview:
-    """Preview of a placed case, from its half-space contact."""
+    """Preview of a placed case, from its half-space contact.
+
+    `nodes` is the number of pressure nodes per semi-axis for the half-space; None for the number of the case. The
+    preview has estimates of degrees of freedom, CPU seconds and memory in GB; no mesh is made.
+    """
     hertz, expected = expect_on_half_space(case, placement, nodes=nodes)
     size_mm = choose_element_size_mm(case, expected)
     lengths_mm = (max(expected.x_high_mm, -expected.x_low_mm), expected.s_high_mm - expected.s_low_mm)

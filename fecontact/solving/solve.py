@@ -92,7 +92,10 @@ class CaseResult:
         return f"<CaseResult{repr(self.load).removeprefix('<JudgedLoad')}"
 
     def _repr_html_(self) -> str:
-        """Table of the deviations of Hertz with their uncertainties, for a notebook."""
+        """HTML for a notebook: summary, and a table of Hertz's deviations with their uncertainties.
+
+        Deviations and uncertainties are without a unit.
+        """
         rows = {
             measure: {"deviation of Hertz": f"{deviation:+.3g}", "±": f"{self.load.uncertainty[measure]:.2g}"}
             for measure, deviation in self.load.deviation.items()
@@ -414,7 +417,11 @@ class LoadSweep:
         return min(usable_groups, key=lambda group: group.position.case.load_N) if usable_groups else None
 
     def _find_or_make_meshes(self, position: Position) -> Meshes:
-        """Existing meshes that serve a position, or new meshes."""
+        """Existing meshes that serve a position, or new meshes.
+
+        New meshes are made for the next larger planned load, and also serve smaller planned loads with a similar size
+        of patch. They are kept for later loads.
+        """
         if (group := self._find_group(position)) is not None:
             return group
         # Meshes for a load between planned loads are made for the next larger planned load, so that both can share
@@ -455,7 +462,10 @@ class SharedLoads:
 
 
 def _make_shared_position(largest: Position, positions: Sequence[Position], reserve: float) -> Position:
-    """Position under its largest load, with the finest elements that any sharing load needs."""
+    """Position under its largest load, with the finest elements that any sharing load needs.
+
+    `reserve` (1 or more) divides the sizes of the elements, for loads that are not yet solved.
+    """
     length_mm, width_mm = (
         min(position.element_size_mm[direction] for position in positions) / reserve for direction in (0, 1)
     )
@@ -490,7 +500,11 @@ def _size_ratio(position: Position, meshed_position: Position) -> float:
 
 
 def _can_serve(meshed_position: Position, position: Position) -> bool:
-    """Whether existing meshes are wide and fine enough for another load."""
+    """Whether existing meshes are wide and fine enough for another load.
+
+    Meshes for a smaller load are never wide enough. The sizes of elements may exceed the required sizes by rounding
+    only.
+    """
     # The margin around the expected patch and the growth of the zone are sufficient if a smaller load reaches further.
     if _size_ratio(position, meshed_position) > _ROUNDING_FACTOR or meshed_position.case.load_N < position.case.load_N:
         return False

@@ -86,6 +86,7 @@ def planted(hertz: HertzContact, *, nodes: int = 32, moved_mm: float = 0.0, lobe
 
 
 def judged(case: Case, coarser: Rung | None = None, **how: float) -> JudgedLoad:
+    """Judged load with a planted pressure; `coarser` belongs to the second level."""
     hertz = compute_hertz(case, placement_of(replace(case, creep=Creep())))
     fe = planted(hertz, **how)
     levels = tuple(

@@ -63,6 +63,7 @@ def cell(load, status="converged", shift=0.0):
 
 
 def position(shift, cells, tried=()):
+    """Position of a map at which Hertz holds by pressure at all loads."""
     # by pressure Hertz holds at all loads here
     all_loads = LoadInterval(low_N=LOADS[0], high_N=LOADS[-1], answer="HOLDS")
     limit = LoadLimit(intervals=(all_loads,), tried=tuple((load.load_N, "HOLDS") for load in tried))

@@ -259,6 +259,7 @@ def test_a_contact_ten_times_as_large_has_strips_ten_times_as_long():
     """The contact has nodes of a 24th of its size, if it is narrower than 7 mm."""
 
     def longest(size: float) -> float:
+        """Half length (mm) of the longest strip of an enlarged contact."""
         s = size * np.arange(-1.0, 1.005, 0.01)
         overlap = Overlap(
             s_mm=s,
@@ -306,6 +307,7 @@ def wheelset(radius_mm: float = 460.0) -> Wheelset:
 
 @cache
 def run(vehicle: str, radii: tuple[float, ...], theory: str = "overlap", unbalanced: float = 0.0):
+    """Steady motion of a vehicle in curves, in the order of the radii (m)."""
     loaded_vehicle = load_vehicle(vehicle)
     ride = Ride(
         wheelset=wheelset(loaded_vehicle.wheelset.rolling_radius_mm),

@@ -29,7 +29,10 @@ def plant_truth(monkeypatch) -> Callable[[Made], None]:
     """Stand-in for finite elements that returns the true verdicts of a fleet."""
 
     def stand_in(fleet: Made) -> None:
+        """Replace the finite elements of the sample by the planted answers of a fleet."""
+
         def run_study(study, out, **_) -> Outcome:
+            """Rows of a study with the planted answers."""
             rows = []
             for case in study.cases:
                 answer = fleet.answer(case)

@@ -422,6 +422,7 @@ WAVE = sine(50.0, 0.010)
 
 
 def irregular_case(line, distance=0.0, **settings):
+    """Case of a circular rail head at a distance (mm) along an irregularity."""
     return Case(
         rail="circle:300",
         wheel="cylinder:460",

@@ -302,6 +302,7 @@ def test_the_demo_is_interrupted_resumed_and_repeated(tmp_path):
 
 
 def assert_files_are_sensible(printed: str, out: Path) -> None:
+    """Check the files of the demo that the printed text names."""
     paths = {
         name: Path(line.removeprefix(name).strip())
         for name in FILES

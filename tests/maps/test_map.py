@@ -142,6 +142,7 @@ def planted_rung(hertz, nodes, deviation, status="converged"):
 
 
 def planted_solved(case, deviation=0.0, status="converged", **settings):
+    """Solved load with Hertz's pressure, changed by a relative deviation."""
     hertz = compute_hertz(case, placement_of(case.lateral_shift_mm))
     levels = tuple(
         Level(
@@ -688,6 +689,7 @@ def inline_workers(workers=1):
 
 
 def fake_run(out, shifts=SHIFTS, case=ROUND, loads=LOADS, *, crew=None, progress=None, **settings):
+    """Run a map in this process."""
     return map_by(
         case,
         shifts,
@@ -2445,6 +2447,7 @@ CYLINDERS = replace(ROUND, resolution="quick")
 
 
 def check_cylinders(points):
+    """Check Hertz's verdict, and a peak that grows with the cube root of the force."""
     assert [p.verdict.answer for p in points] == ["HOLDS"] * len(points)
     p0 = np.array([p.comparison.fe.p_max_MPa for p in points])
     force = np.array([p.normal_force_N for p in points])

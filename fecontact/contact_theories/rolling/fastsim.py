@@ -407,7 +407,21 @@ def divide_pressure(
 
 
 def _build_strips(x: Floats, y: Floats, p: Floats, width: float, pair: RollingPair) -> RollingStrips:
-    """Strips of a patch from its pressure (nx, n)."""
+    """Strips of a patch from its pressure (nx, n) in MPa.
+
+    The half length of a strip is from the second moment of its pressure, as for an elliptical distribution.
+
+    Parameters
+    ----------
+    x, y
+        Uniform positions along (nx,) and across (n,), in mm.
+    p
+        Pressure, positive in each column.
+    width
+        Width of each strip in mm.
+    pair
+        Friction and elastic constants of the pair.
+    """
     column_sums = p.sum(axis=0)
     middle_x = x @ p / column_sums
     return RollingStrips.of(

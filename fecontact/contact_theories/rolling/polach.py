@@ -65,7 +65,10 @@ def polach(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
 
 
 def _spin_factor(contact: RollingEllipse, c23: float, eta_c: float) -> float:
-    """Factor kM K of the lateral force of spin."""
+    """Factor kM K of the lateral force of spin (-).
+
+    `c23` is Kalker's coefficient of spin, and `eta_c` the lateral creepage with the effect of spin (-).
+    """
     a, b = contact.a_mm, contact.b_mm
     k_m = 1.0 + 6.3 * (1.0 - math.exp(-a / b))
     eps = 8.0 / 3.0 * contact.shear_MPa * b * math.sqrt(a * b) * c23 * eta_c / (contact.limit_N * k_m)

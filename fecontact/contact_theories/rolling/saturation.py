@@ -183,7 +183,11 @@ def shen_hedrick_elkins(contact: RollingEllipse, creepages: Creepages) -> CreepF
 
 
 def _saturate_force(contact: RollingEllipse, creepages: Creepages, fx: float, fy: float) -> CreepForce:
-    """Saturate a linear force (N) without a change of its direction."""
+    """Saturate a linear force (N) without a change of its direction.
+
+    `fx` and `fy` are the linear force along and across. The result is at most mu N; its power of slip is by the given
+    creepages.
+    """
     linear_force_N = math.hypot(fx, fy)
     e = linear_force_N / contact.limit_N
     factor = saturate(e) / e if e > 0.0 else 1.0

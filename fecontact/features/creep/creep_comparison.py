@@ -127,7 +127,10 @@ def compare_creep_forces(load: JudgedLoad, placement: Placement) -> CreepCompari
 
 
 def _compare_theory(theory: str, hertz: CreepForce | str, fe: CreepForce | str, rolling: RollingLoad) -> TheoryForces:
-    """Forces of a theory on both patches, with their deviation if both have a force."""
+    """Forces of a theory on both patches, with their deviation if both have a force.
+
+    Deviation and uncertainty are fractions of mu N. A force that is a text is the reason for which there is none.
+    """
     if isinstance(hertz, str) or isinstance(fe, str):
         return TheoryForces(hertz=hertz, fe=fe)
     # the uncertainty of the pressure changes the force of the exact theory as it changes the force of FASTSIM
@@ -163,7 +166,10 @@ def _estimate_surface_effect(rolling: RollingLoad) -> float:
 
 
 def _list_warnings(load: JudgedLoad, friction: float, surface_effect: float) -> Iterator[str]:
-    """Warnings of friction, materials, separate patches and curved surfaces."""
+    """Warnings of friction, materials, separate patches and curved surfaces.
+
+    `surface_effect` is the largest change of a force by creepages that follow the surface, as a fraction of mu N.
+    """
     yield from check_friction(friction)
     wheel, rail = load.case.wheel_material, load.case.rail_material
     if (wheel.young_MPa, wheel.poisson) != (rail.young_MPa, rail.poisson):

@@ -19,7 +19,8 @@ from fecontact.outputs.terminal import OutputLines
 def _make_creep_record(comparison: CreepComparison) -> Record:
     """Record of the creep forces of a judged load.
 
-    Deviations are fractions of the friction coefficient times the normal force.
+    It has friction, creepages, the forces of each theory on both patches, and the verdict. Deviations are fractions of
+    the friction coefficient times the normal force; forces are in N.
     """
     judgement, deviation_names = comparison.verdict, "deviation_of_muN uncertainty_of_muN"
     return {

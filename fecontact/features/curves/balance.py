@@ -336,7 +336,13 @@ def suspension_links(
 
 
 def _compute_bogie_forces(state: Floats, vehicle: Vehicle, bogie: Bogie, track: TrackConditions) -> Floats:
-    """Compute the forces of suspension and weight of a bogie, in metres and radians inside."""
+    """Compute the forces of suspension and weight of a bogie, in metres and radians inside.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Force in N or moment in N m on each component of the state: the wheelsets, then the frame.
+    """
     frame, wheelset = bogie.frame, vehicle.wheelset
     across, down = track.acceleration_m_s2
     residual = np.zeros(state.size)
@@ -359,6 +365,20 @@ def _compute_body_forces(bogie: Bogie, roll_frame: float, across: float, down: f
 
     The body is in balance on its springs. It sways on its lateral springs, and its weight moves aside with it. There is
     no lateral stop.
+
+    Parameters
+    ----------
+    bogie
+        Bogie with its body and secondary springs.
+    roll_frame
+        Roll of the frame in rad.
+    across, down
+        Components of `TrackConditions.acceleration_m_s2` (m/s2).
+
+    Returns
+    -------
+    force, moment
+        Positive in the directions of `across` and of the roll.
     """
     secondary, half_mass = bogie.secondary, 0.5 * bogie.body.mass_kg
     force, lever = half_mass * across, bogie.body.height_m - secondary.height_m

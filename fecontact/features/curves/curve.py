@@ -427,7 +427,11 @@ def solve_curves(vehicle: Vehicle, ride: Ride, radii_m: Sequence[float]) -> Iter
 
 
 def _make_curve_run(radius: float, vehicle: Vehicle, ride: Ride, equilibrium: Equilibrium) -> CurveRun:
-    """Make the result in a curve from its equilibrium."""
+    """Make the result in a curve from its equilibrium.
+
+    `radius` is in m, positive to the right. An equilibrium in which a wheel climbs has the status `derails`; without a
+    balance the forces are NaN, and there are no wheelsets.
+    """
     across, down = equilibrium.track.acceleration_m_s2
     runs = () if equilibrium.balance is None else _make_wheelset_runs(equilibrium.state, vehicle, equilibrium.balance)
     weight = sum(wheel.vertical_force_N for run in runs for wheel in run.wheels) * GRAVITY_M_S2 / abs(down)
@@ -458,7 +462,11 @@ def _make_curve_run(radius: float, vehicle: Vehicle, ride: Ride, equilibrium: Eq
 
 
 def _make_wheelset_runs(state: Floats, vehicle: Vehicle, balance: Balance) -> tuple[WheelsetRun, ...]:
-    """Make the results of all wheelsets from the state and the forces of the rails."""
+    """Make the results of all wheelsets from the state and the forces of the rails.
+
+    Shifts are in mm, angles in mrad and forces in N. The lateral force of a wheel on its rail is positive outwards,
+    towards the field side of the rail.
+    """
     return tuple(
         WheelsetRun(
             lateral_shift_mm=float(wheelset_state[0]),

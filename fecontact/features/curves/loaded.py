@@ -121,7 +121,10 @@ def compute_radius_differences_mm(
         return _WheelPair(residual_N=forces - wheel_load_N, radii_mm=radii)
 
     def solve_shift(shift: float) -> float:
-        """Difference of the rolling radii (mm) at a shift (mm)."""
+        """Difference of the rolling radii, left minus right (mm), at a shift (mm).
+
+        Raises InputError for a shift at which the wheelset cannot stand or does not carry the load on both wheels.
+        """
         rigid_position = wheelset.stand(shift)
         if isinstance(rigid_position, str):
             raise InputError(f"lateral shift {shift:g} mm of the wheelset: {rigid_position}; give smaller shifts")

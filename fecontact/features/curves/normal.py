@@ -220,9 +220,10 @@ class Surfaces:
         )
 
     def _estimate_depth(self, y: Floats, z: Floats) -> Floats:
-        """Estimate the depths (n,) of points below the rail.
+        """Estimate the depths (n,) in mm of points below the rail, positive inside the rail.
 
-        Each depth is relative to the tangent of the rail at the position of the point along the slant.
+        Each depth is relative to the tangent of the rail at the position of the point along the slant. `y` and `z` (n,)
+        are in mm.
         """
         _, table = self._rail
         index = np.searchsorted(table[5, :-1], y * np.cos(_SLANT_RAD) + z * np.sin(_SLANT_RAD))
@@ -261,7 +262,10 @@ class Surfaces:
 
 
 def _interpolate_cubic(fraction: Floats, start: Floats, end: Floats, start_rate: Floats, end_rate: Floats) -> Floats:
-    """Cubic between two points with given rates, at a fraction from 0 to 1."""
+    """Cubic between two points with given rates, at a fraction from 0 to 1.
+
+    The rates are per unit of the fraction. All arrays are broadcast to a common shape.
+    """
     change = end - start
     return np.asarray(
         start
@@ -659,7 +663,11 @@ def adapt_gap_line_theory(at_approach: GapLineTheory) -> NormalTheory:
     """
 
     def normal(overlap: Overlap, contact_modulus_MPa: float) -> tuple[PatchStrips, ...]:
-        """Solve each stretch that overlaps as a gap line."""
+        """Solve each stretch that overlaps as a gap line.
+
+        The gap line of a stretch is on a lattice that is fixed to the rail; its approach is the largest depth.
+        Stretches with fewer than `_MIN_LATTICE_POINTS` points give no patch.
+        """
         patches: list[PatchStrips] = []
         for first, last in find_runs(overlap.depth_mm > 0.0):
             low, high = max(0, first - _EXTRA_POINTS), min(overlap.s_mm.size - 1, last + _EXTRA_POINTS)
@@ -741,7 +749,10 @@ def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:
 def _split_into_patches(
     s_mm: Floats, width_mm: Floats, half_length_mm: Floats, force_N_per_mm: Floats, problem: str = ""
 ) -> tuple[PatchStrips, ...]:
-    """Split strips into a patch for each unbroken run of strips that carry load."""
+    """Split strips into a patch for each unbroken run of strips that carry load.
+
+    All arrays are (n,); `problem` is given to each patch.
+    """
     return tuple(
         PatchStrips(
             s_mm=s_mm[first : last + 1],
@@ -762,7 +773,23 @@ def _find_deepest_points(overlap: Overlap) -> list[int]:
 
 
 def _solve_ellipse(overlap: Overlap, point: int, contact_modulus_MPa: float) -> PatchStrips:
-    """Hertz's spring and ellipse about a point of locally largest depth."""
+    """Hertz's spring and ellipse about a point of locally largest depth.
+
+    Parameters
+    ----------
+    overlap
+        Depth (mm) of the rigid overlap over s (mm), and its curvature along.
+    point
+        Index of the sample with the largest depth.
+    contact_modulus_MPa
+        E* of the pair.
+
+    Returns
+    -------
+    PatchStrips
+        Strips of the ellipse, with the force per width in N/mm. The curvature across is from a chord about the deepest
+        point, and at least `_MIN_CURVATURE_PER_MM`.
+    """
     s, depth = overlap.s_mm, overlap.depth_mm
     neighbours = slice(point - 1, point + 2)
     # the parabola through the point and its neighbours

@@ -69,7 +69,11 @@ def _outer_y_over_q(run: CurveRun) -> float:
 
 
 def _draw_single_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]]) -> None:
-    """Draw bars with values for a single curve, side by side for all theories."""
+    """Draw bars with values for a single curve, side by side for all theories.
+
+    The four panels are lateral shift (mm), yaw (mrad), Y/Q of the outer wheel, and resistance (N/kN). Theories without
+    a balanced run have no bars.
+    """
     balanced_runs = {theory: run for theory, (run,) in runs.items() if run.is_balanced}
     width = 0.5 / max(len(balanced_runs), 1)
     for index, (theory, run) in enumerate(balanced_runs.items()):
@@ -92,7 +96,11 @@ def _draw_single_curve(axes: NDArray[Any], runs: Mapping[str, Sequence[CurveRun]
 
 
 def _draw_over_curvature(axes: NDArray[Any], runs_by_theory: Mapping[str, Sequence[CurveRun]]) -> None:
-    """Draw the results over the curvature, a curve for each path and theory."""
+    """Draw the results over the curvature, a curve for each path and theory.
+
+    The four panels are lateral shift (mm), yaw (mrad), Y/Q of the outer wheel, and resistance (N/kN). The curvature is
+    in 1/km, positive to the right. Runs without a balance are left out.
+    """
     for index, (theory, runs) in enumerate(runs_by_theory.items()):
         balanced_runs = sorted((run for run in runs if run.is_balanced), key=lambda run: 1.0 / run.radius_m)
         # a curve of the picture ends at the end of its path
@@ -179,7 +187,10 @@ def _draw_columns(axes: Axes, columns: Sequence[MapColumn]) -> None:
 
 
 def _draw_paths(axes: Axes, visits: Sequence[Visit], mark: str) -> None:
-    """Draw a curve for each wheel, from the widest curve to the tightest."""
+    """Draw a curve for each wheel, from the widest curve to the tightest.
+
+    The vertical force in kN is over the lateral shift in mm; each point has its radius in m without a sign.
+    """
     for wheelset, side in sorted({(visit.wheelset, visit.side) for visit in visits}):
         path_visits = [visit for visit in visits if (visit.wheelset, visit.side) == (wheelset, side)]
         path_visits.sort(key=lambda visit: 1.0 / visit.radius_m)

@@ -78,7 +78,23 @@ def compare_theories(
 def _compare_theory(
     runs: Mapping[str, Sequence[CurveRun]], straight: Mapping[str, StraightTrack], theory: str, reference: str
 ) -> TheoryDifference:
-    """Compare a theory with the reference, curve by curve."""
+    """Compare a theory with the reference, curve by curve.
+
+    Parameters
+    ----------
+    runs
+        Runs of each theory, in an equal order of radii.
+    straight
+        Critical speeds on straight track, for theories that have them.
+    theory, reference
+        Names of the theories.
+
+    Returns
+    -------
+    TheoryDifference
+        Largest differences of lateral shift (mm) and of Y/Q (-), each with its radius in m. NaN without a curve that is
+        balanced by both theories.
+    """
     pairs = list(zip(runs[theory], runs[reference], strict=True))
     shifts = [
         (abs(wheelset.lateral_shift_mm - reference_wheelset.lateral_shift_mm), radius)

@@ -222,7 +222,26 @@ def compute_wheel_force(surfaces: Surfaces, motion: Motion, law: ContactSettings
 def _compute_patch_force(
     patch_strips: PatchStrips, overlap: Overlap, motion: Motion, law: ContactSettings, radius_mm: float
 ) -> WheelForce:
-    """Compute the contribution of a patch to the force on its wheel."""
+    """Compute the contribution of a patch to the force on its wheel.
+
+    Parameters
+    ----------
+    patch_strips
+        Strips of the patch with their normal forces.
+    overlap
+        Positions and angles of the rail's surface over s.
+    motion
+        Position and rates of the wheelset.
+    law
+        Law of creep forces, with friction and materials.
+    radius_mm
+        Nominal rolling radius.
+
+    Returns
+    -------
+    WheelForce
+        Force in N, and moment in N mm about the centre of the wheelset.
+    """
     strip_forces_N = patch_strips.force_N_per_mm * patch_strips.width_mm
     load = float(strip_forces_N.sum())
     centre_s = float(patch_strips.s_mm @ strip_forces_N) / load
@@ -312,7 +331,11 @@ def compute_rigid_slip(arm_mm: Floats, motion: Motion, radius_mm: float) -> tupl
 
 
 def _make_fastsim_strips(patch_strips: PatchStrips, across: Floats, law: ContactSettings) -> RollingStrips:
-    """Make the strips of a patch for FASTSIM, with the ellipse of its second moments."""
+    """Make the strips of a patch for FASTSIM, with the ellipse of its second moments.
+
+    `across` (n,) are the positions of the strips in mm from the centre of pressure. The ratio of the semi-axes is
+    limited to `_MAX_AXIS_RATIO` and its inverse at equal area.
+    """
     fastsim_strips = RollingStrips.of(
         law.pair,
         y_mm=across,

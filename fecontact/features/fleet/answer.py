@@ -229,7 +229,8 @@ def _query_subpopulations(
 ) -> dict[str, Subpopulation]:
     """Subpopulations by an SQL expression of the wheels or the rails.
 
-    They are in the order of a second expression.
+    `body` is `wheel` or `rail`, `value_sql` the expression of a row of its profiles. The result is by the value, in the
+    order of the expression `order_sql`.
     """
 
     def join_profiles(table: str) -> str:
@@ -331,7 +332,7 @@ def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulatio
 
 
 def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
-    """Columns of profiles that make classes, by body.
+    """Columns of profiles that make classes, as pairs (body, column).
 
     A class has at least two profiles on average.
     """

@@ -369,7 +369,15 @@ def _cross_shifts_and_loads(tables_read: Mapping[str, Any]) -> dict[Position, fl
 
 
 def _list_positions(positions: Positions, folder: Path) -> dict[Position, float]:
-    """Weight of each position of a table."""
+    """Weight of each position of a table.
+
+    The result maps (shift in mm, load in kN) to the weight; the sum of the weights is 1.
+
+    Raises
+    ------
+    InputError
+        If the table is missing, has a value that is not a number, or has too many rows.
+    """
     if positions.table is None:
         raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
     path = folder / positions.table

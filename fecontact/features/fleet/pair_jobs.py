@@ -84,7 +84,11 @@ def _make_case(fleet: Fleet, case_key: CaseKey) -> Case:
 def _list_pair_jobs(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Iterable[Pair]
 ) -> Iterator[tuple[Pair, str, ScreeningPair]]:
-    """Yield each pair with the id of its job and the job."""
+    """Yield each pair with the id of its job and the job.
+
+    The id is a hash of the case, the positions, the theory and the stored profiles, so that an unchanged pair is found
+    again. Both profiles of each pair must be stored.
+    """
     by_name = {(profile.candidate.body, profile.candidate.name): profile for profile in profiles}
     positions = tuple(fleet.positions)
     cases: dict[CaseKey, tuple[Case, str]] = {}

@@ -134,9 +134,10 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
 
 
 def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidate:
-    """Candidate with a unique name.
+    """Candidate with a unique name, which is added to `names`.
 
     The name is the name of the file, with its ending and folder if several files have this name, or with a number.
+    `names` maps each name to the specification of its profile.
     """
     path = Path(candidate.spec)
     choices = (candidate.name, path.name, f"{path.parent.name}/{path.name}")
@@ -219,7 +220,16 @@ def weigh_candidate_pairs(
 def _list_pairs(
     path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
 ) -> Iterator[tuple[Pair, float]]:
-    """Weighted pairs of a table, without pairs of refused profiles."""
+    """Weighted pairs of a table, without pairs of refused profiles.
+
+    `wheels` and `rails` have the weights of the profiles that are not refused, by name; `known_names` has "wheel NAME"
+    and "rail NAME" of all profiles. The weight of a pair is its weight in the table times both weights.
+
+    Raises
+    ------
+    InputError
+        If a row names a profile that is not in the fleet.
+    """
     for number, row in enumerate(read_rows(path, ["wheel", "rail"], MOST_PAIRS), start=1):
         wheel, rail = str(row["wheel"]), str(row["rail"])
         if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:

@@ -49,7 +49,11 @@ class ReadProfile:
 
     @property
     def row(self) -> Row:
-        """Row of `profiles.parquet`."""
+        """Row of `profiles.parquet`.
+
+        Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, and the
+        columns of the list of profiles that have other names.
+        """
         candidate, record = self.candidate, self.record
         filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
         columns = {
@@ -208,7 +212,11 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
 def _collect_profile(
     candidate: Candidate, outcome: JobOutcome | None, work: ReadingProfile | None, folder: Path
 ) -> ReadProfile:
-    """Result of a profile from the outcome of its job, or its refusal."""
+    """Result of a profile from the outcome of its job, or its refusal.
+
+    A profile without a job is refused with the problem of its candidate; a failed job is a refusal with the failure as
+    reason.
+    """
     if outcome is None or work is None:
         return ReadProfile(
             candidate=candidate, record={"status": "refused", "reason": candidate.problem, "remedy": candidate.remedy}

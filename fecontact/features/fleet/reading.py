@@ -95,7 +95,11 @@ class StoredProfile:
 
 @lru_cache(maxsize=_CACHED_VARIANTS)
 def _read_variant(profile: StoredProfile, filter_mm: float) -> Profile:
-    """Profile variant of a stored profile, read from its folder."""
+    """Profile variant of a stored profile, read from its folder.
+
+    `filter_mm` is a filter length of the stored profile. Exact profiles have no filter lengths, and are resolved from
+    their specification.
+    """
     if not profile.filters_mm:
         return _resolve_exact(profile.body, profile.spec, profile.reading)
     record = read_json(profile.folder / _RECORD_FILE)

@@ -292,7 +292,11 @@ def _make_percent_column(
 
 
 def _make_interval_column(heading: str, answer: str) -> Column:
-    """A column of shares in percent with their limits, from the keys of a record."""
+    """A column of shares in percent with their limits, from the keys of a record.
+
+    The keys are `answer` with the endings `_percent`, `_low_percent` and `_high_percent`. A cell without one of them is
+    shown as "-".
+    """
 
     def cell(row: TableRecord) -> str | None:
         values = [row.get(f"{answer}{end}_percent") for end in ("", "_low", "_high")]

@@ -153,7 +153,11 @@ def run_fleet(
 
 
 def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
-    """Write `fleet.json` with a seal on `profiles.parquet`."""
+    """Write `fleet.json` with a seal on `profiles.parquet`.
+
+    It has the headline, the population, the numbers of pairs and positions, the verdicts and the inputs. The seal shows
+    later whether the table was changed.
+    """
     record = {
         "kind": "fleet",
         "headline": screened.headline,

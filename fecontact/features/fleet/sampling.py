@@ -126,7 +126,11 @@ def _find_seed(tables: DuckDBPyConnection, asked_for: int | None) -> int:
 
 
 def _allocate_to_strata(tables: DuckDBPyConnection, draws: int) -> dict[str, int]:
-    """Number of draws of each stratum, from the shares of earlier draws."""
+    """Number of draws of each stratum, from the shares of earlier draws.
+
+    `draws` is the number in all, with earlier draws. The share that holds is estimated with an assumed share of the
+    stratum that counts as a single draw.
+    """
     strata = query_rows(
         tables,
         "SELECT stratum, sum(weight) AS weight, count(*) AS positions, (SELECT count(*) FROM drawn WHERE"

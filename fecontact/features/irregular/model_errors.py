@@ -257,7 +257,19 @@ def judge_place(pair: SmoothBodies, normal_force_N: float, irregularity: Irregul
 def _solve_reference(
     place: IrregularPlace, irregularity: Irregularity, s_mm: float, nodes: int | None = None
 ) -> ReferenceContact:
-    """Solve the half-space at a place of an irregularity."""
+    """Solve the half-space at a place of an irregularity.
+
+    Parameters
+    ----------
+    place
+        Smooth pair with its curvatures, load and Hertz's ellipse.
+    irregularity
+        Opening of the surface in mm.
+    s_mm
+        Distance of the contact from the middle of the irregularity along the rail.
+    nodes
+        Pressure nodes per semi-axis; None for the usual number.
+    """
     pair = place.pair
 
     def gap(x: Floats, y: Floats) -> Floats:
@@ -288,7 +300,11 @@ def _solve_reference(
 
 
 def _judge_model(model: Model, place: IrregularPlace, truth: ReferenceContact) -> JudgedModel:
-    """Compare a model with the half-space at a place."""
+    """Compare a model with the half-space at a place.
+
+    `force_error` is the relative error of the model's force at the approach of the half-space; `peak_error` is relative
+    too. Both are NaN if the model or the half-space has no value.
+    """
     estimate = model.under(place)
     force = np.nan if estimate.problem else model.force_N(place, truth.approach_mm)
     peak = np.nan if truth.p_max_MPa is None else estimate.p_max_MPa / truth.p_max_MPa - 1.0
@@ -437,6 +453,17 @@ def _interpolate_amplitude(amplitudes: Sequence[float], worst: Sequence[float], 
     """Interpolate the amplitude between two cells at which the error passes the limit.
 
     If an error is not finite or not positive, then the result is the amplitude of the cell that holds.
+
+    Parameters
+    ----------
+    amplitudes
+        Ascending amplitudes of the cells in mm.
+    worst
+        Larger of both errors in each cell (-).
+    index
+        Index of the first cell beyond the limit, at least 1.
+    limit
+        Limit of the error (-).
     """
     (low, high), (error_below, error_above) = amplitudes[index - 1 : index + 1], worst[index - 1 : index + 1]
     if not np.isfinite([error_below, error_above]).all() or min(error_below, error_above) <= 0.0:

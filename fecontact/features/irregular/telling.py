@@ -139,7 +139,18 @@ def _make_head(smooth: SmoothPair, limit: float) -> Record:
 def _make_smooth_record(errors: ModelErrors | str, limit: float) -> Record:
     """Make the record of Hertz on the whole profiles without an irregularity.
 
-    Numbers without a solution are None, with the reason.
+    Parameters
+    ----------
+    errors
+        Errors of the force and of the peak pressure, or the reason for which they do not exist.
+    limit
+        Largest error with which Hertz holds (-).
+
+    Returns
+    -------
+    dict
+        `force_error`, `peak_error` (-), `holds` and `problem`. Without errors the first three are None, and `problem`
+        is the reason; with errors `problem` is None.
     """
     if isinstance(errors, str):
         return {"force_error": None, "peak_error": None, "holds": None, "problem": errors}
@@ -147,7 +158,11 @@ def _make_smooth_record(errors: ModelErrors | str, limit: float) -> Record:
 
 
 def _make_cell_record(cell: Cell, smooth: SmoothPair, limit: float) -> Record:
-    """Make the record of a cell, with the cheapest model that holds."""
+    """Make the record of a cell, with the cheapest model that holds.
+
+    The wavelength is also given in lengths of Hertz's patch, and the amplitude in Hertz's approaches. `limit` is the
+    largest error (-) with which a model holds. Numbers without a value are None.
+    """
     models = {
         name: _pick_finite(model_errors, "force_error peak_error") | {"holds": model_errors.holds(limit)}
         for name, model_errors in cell.models.items()
@@ -463,7 +478,11 @@ def _describe_smooth_pair(record: TableRecord) -> str:
 
 
 def _make_limits_table(record: TableRecord) -> Table:
-    """Make a table with the largest amplitudes of each model, a line for each wavelength."""
+    """Make a table with the largest amplitudes of each model, a line for each wavelength.
+
+    Amplitudes are in um: up to them the errors of force and peak are within the limit of the record. Wavelengths are in
+    mm and in lengths of the patch.
+    """
     columns = [
         number_column("wavelength\nmm", "wavelength_mm"),
         number_column("in patch\nlengths", lambda row: row["cells"][0]["patch_lengths"], "{:.2f}"),

@@ -211,7 +211,11 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats], elastic: Floats | None) -> None:
-    """Draw the pressures (MPa) of finite elements and Hertz over a coordinate (mm)."""
+    """Draw the pressures (MPa) of finite elements and Hertz over a coordinate (mm).
+
+    `fe` and `hertz` are pairs (coordinates, pressures). `elastic` is the pressure of elastic bodies at the coordinates
+    of `fe`, if `fe` belongs to bodies that yield; None if not.
+    """
     yields = "" if elastic is None else ", bodies that yield"
     ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label=f"finite elements{yields}")
     if elastic is not None:
@@ -259,7 +263,11 @@ def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
 
 
 def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -> str:
-    """Text with all measures, deviations, uncertainties, limits and lobes of a load."""
+    """Text with all measures, deviations, uncertainties, limits and lobes of a load.
+
+    It is a table in monospace columns, with the key of the line styles and the status below. At a junction the numbers
+    are by the curvature of the field side. With a yield stress they are of the bodies that yield.
+    """
     comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
     judgement = judgement if load.plastic is None else load.plastic.deciding
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]

@@ -215,7 +215,10 @@ def numbered_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
 
 
 def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
-    """Draw the numbers of the lobes above their centres of pressure."""
+    """Draw the numbers of the lobes above their centres of pressure.
+
+    The horizontal axis is s and the vertical axis is x, in mm; numbers start at 1 and follow the order of the report.
+    """
     for number, lobe in enumerate(numbered_lobes(load), start=1):
         x, s = lobe.centre_mm
         box = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}

@@ -66,9 +66,22 @@ def relief_picture(load: JudgedLoad, placement: Placement) -> Picture:
 
 
 def _grid_lines(fields: PressureFields, *, across: bool) -> tuple[Floats, Any]:
-    """Places (mm) of lines across or along, and their indices in the grid.
+    """Positions (mm) of drawn grid lines, and their indices in the grid.
 
-    The index is -1 for lines around the grid.
+    The lines cover the drawn section. If the section has more than `_MAX_LINES` lines, only every n-th is drawn.
+    Further lines around the section show the surroundings; their index is -1.
+
+    Parameters
+    ----------
+    fields
+        Pressures on a grid, with the limits of the picture.
+    across
+        Whether the positions are across the rail (s), and not along it (x).
+
+    Returns
+    -------
+    positions, indices : ndarray of shape (n,)
+        Ascending positions in mm, and indices along that axis of the grid.
     """
     coordinates_mm, (low, high) = (fields.grid.s_mm if across else fields.grid.x_mm), fields.limits_mm(across=across)
     indices = np.flatnonzero((coordinates_mm >= low) & (coordinates_mm <= high))
@@ -102,7 +115,21 @@ def _rounded_list(values: Floats) -> Any:
 
 
 def _still_picture(x: Floats, y: Floats, z: Floats, normals: Floats, pressure: Floats, relief: dict[str, Any]) -> Any:
-    """Still picture of the relief, from the first viewpoint of the page."""
+    """Still picture of the relief, from the first viewpoint of the page.
+
+    Parameters
+    ----------
+    x
+        Positions (nx,) along in mm.
+    y, z
+        Points (ns,) of the rail's surface in mm.
+    normals
+        Normals (ns, 3) of the surface.
+    pressure
+        Pressure (nx, ns) in MPa.
+    relief
+        Data of the page, with the scale `mm_per_MPa`, the peak and the ellipse.
+    """
     from matplotlib import colormaps
 
     figure = blank_figure(8.0, 5.5)

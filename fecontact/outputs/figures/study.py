@@ -220,7 +220,11 @@ def _draw_answers(ax: Axes, rows: Sequence[RowMapping]) -> None:
 def _draw_series(
     ax: Axes, group: Sequence[RowMapping], value: Floats, uncertainty: Floats | None = None, **style: Any
 ) -> None:
-    """Draw a curve with error bars over the usable rows, and crosses at unusable rows."""
+    """Draw a curve with error bars over the usable rows, and crosses at unusable rows.
+
+    `value` and `uncertainty` have a number for each row of `group`, in the unit of the axis. The curve is broken at
+    unusable rows and at jumps of the contact point.
+    """
     shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([is_usable_status(row) for row in group])
     usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
     # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump
@@ -248,7 +252,11 @@ def _draw_without_value(ax: Axes, group: Sequence[RowMapping]) -> None:
 def _finish_study(
     peak_axes: Axes, deviation_axes: Axes, touch_axes: Axes, rows: Sequence[RowMapping], rail: Profile | None
 ) -> None:
-    """Add labels, title, junctions and legends to the panels of a study."""
+    """Add labels, title, junctions and legends to the panels of a study.
+
+    The title has at most three pairs, and the load and the yaw if they are equal in all rows. `rail` is the profile for
+    the junctions; None if the rows have several rails.
+    """
     pairs = sorted({row_pair_text(row) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
@@ -271,7 +279,11 @@ def _finish_study(
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
-    """Draw the curvature junctions of the rail near the touch points, with their radii."""
+    """Draw the curvature junctions of the rail near the touch points, with their radii.
+
+    Each junction is a horizontal line at its lateral position in mm, with the radii on its left and right. The limits
+    of the axis are widened for the texts.
+    """
     low, high = ax.get_ylim()
     margin = 0.15 * (high - low) + 2.0
     shown_junctions = [junction for junction in rail.junctions if low - margin < junction.y_mm < high + margin]

@@ -75,7 +75,20 @@ def _contact_fields(
 ) -> tuple[dict[str, NDArray[Any]], ContactGrid]:
     """Fields (nx, ns) on a grid that contains Hertz's ellipse and both contacts.
 
-    The grid is returned too.
+    Parameters
+    ----------
+    result
+        Result of a case, with Hertz's ellipse.
+    contact
+        Rung with the contact of elastic bodies.
+    yielded
+        Rung with the contact of bodies that yield; its grid is used if it is given.
+
+    Returns
+    -------
+    fields, grid
+        Arrays by the names in `contact_surface`, without `pressure_relief_mm`: pressures in MPa, gap in mm (NaN beyond
+        the nodes of the solution), `in_contact` as 0 or 1. The grid has its origin at the first contact point.
     """
     extents = result.hertz.extent_x_mm, result.hertz.extent_y_mm
     grid = contact.pressure.covering(*extents).grid

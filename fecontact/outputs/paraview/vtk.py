@@ -191,9 +191,10 @@ def _xml(kind: str, version: str, lines: list[str]) -> str:
 
 
 def _approach_mm(result: CaseResult) -> Floats:
-    """Rigid approach (3,) of the wheel to the rail in mm.
+    """Rigid approach (3,) of the wheel to the rail, in mm in the track frame.
 
-    The vector points away from the rail.
+    The vector has the direction of the load, away from the rail. Its component along the contact normal is the approach
+    on the elements' nodes, to which the displacements belong.
     """
     placement = result.placement
     direction = placement.load_direction(normal=result.case.load_kind == "normal")
@@ -203,7 +204,10 @@ def _approach_mm(result: CaseResult) -> Floats:
 
 
 def _add_field_data(mesh: Any, result: CaseResult) -> None:
-    """Add shift, load, force, ellipse, version and annotation to a mesh."""
+    """Add shift, load, force, ellipse, version and annotation to a mesh.
+
+    Numbers are in the units of their names; `TimeValue` is the lateral shift in mm. Texts are reduced to ASCII.
+    """
     numbers = {
         "TimeValue": result.case.lateral_shift_mm,
         "lateral_shift_mm": result.case.lateral_shift_mm,
@@ -220,7 +224,24 @@ def _add_field_data(mesh: Any, result: CaseResult) -> None:
 
 
 def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, stress: Floats) -> Any:
-    """Body as a pyvista grid, mirrored if it is half."""
+    """Body as a pyvista grid, mirrored if it is half.
+
+    Parameters
+    ----------
+    mesh
+        Mesh of the body with n nodes, in mm.
+    displacement
+        Elastic displacements (n, 3) in mm.
+    rigid_motion_mm
+        Rigid displacement (3,), which is added.
+    stress
+        Stress (n, 6) in MPa at the nodes.
+
+    Returns
+    -------
+    pyvista.UnstructuredGrid
+        Undeformed hexahedra with `displacement_mm`, `stress_MPa` and `von_mises_MPa`, stresses in single precision.
+    """
     import pyvista
 
     mirror = _Mirror.build(mesh) if mesh.half else None
@@ -247,7 +268,8 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
 def _mirror_values(mesh: BodyMesh, values: Floats) -> Floats:
     """Values at the nodes of a body, followed by the values of its mirror image.
 
-    The values are scalars (n,) or vectors (n, 3).
+    The values are scalars (n,) or vectors (n, 3); the mirror changes the sign of the x component of vectors. Values of
+    a body that is not half are returned unchanged.
     """
     if not mesh.half:
         return values

@@ -126,7 +126,10 @@ def _object_schema(keys: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _type_schema(type_name: str) -> dict[str, Any]:
-    """Schema of a value of a declared type."""
+    """JSON schema of a value of a declared type, such as `list of number`.
+
+    A type with `?` may be null. A name that is not declared here refers to a definition of the schema.
+    """
     if type_name.endswith("?") or type_name.startswith("optional "):
         return {"anyOf": [_type_schema(type_name.removesuffix("?").removeprefix("optional ")), {"type": "null"}]}
     if type_name in _SIMPLE_TYPES:

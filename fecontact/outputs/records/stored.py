@@ -139,7 +139,22 @@ def _resolve_alias(kind: Any) -> Any:
 
 
 def _restore_value(kind: Any, plain: Any, arrays: Mapping[str, NDArray[np.float64]]) -> Any:
-    """Restore a value of a kind from the result of `_to_plain`."""
+    """Restore a value of a kind from the result of `_to_plain`.
+
+    Parameters
+    ----------
+    kind
+        Type of the value, with type parameters.
+    plain
+        Value from JSON.
+    arrays
+        Arrays of the rungs by name.
+
+    Raises
+    ------
+    TypeError
+        If a list or a dict cannot be converted to the kind.
+    """
     if isinstance(kind, type) and isinstance(plain, kind):
         return plain
     if kind is Rung:

@@ -319,7 +319,10 @@ def _split_fields(line: str, *, comma: bool = False) -> list[str]:
 
 
 def _parse_number(field: str, *, comma: bool = False) -> float | None:
-    """Parse a number; None for other texts."""
+    """Parse a number; None for other texts.
+
+    `comma` reads a decimal comma as a point.
+    """
     # float() accepts underscores and digits of different scripts too, which no instrument writes
     if not field.isascii() or "_" in field:
         return None
@@ -478,10 +481,13 @@ def _guess_columns(rows: list[list[str]]) -> str:
 def _parse_pair(fields: list[str], where: str, line: str, *, comma: bool) -> list[float]:
     """Parse two finite numbers of a line.
 
+    `where` names the file and the line in messages. Fields that are not numbers are left out; `comma` reads decimal
+    commas.
+
     Raises
     ------
     InputError
-        A field is not a finite number.
+        If there are fewer than two numbers, or a number that is not finite.
     """
     pair = [value for field in fields if (value := _parse_number(field, comma=comma)) is not None]
     if len(pair) < 2:
