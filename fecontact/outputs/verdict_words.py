@@ -175,7 +175,7 @@ def peak_range_text(fe: Record) -> str:
     str
         Range in MPa in words, or an empty text.
     """
-    if "p_max_low_MPa" not in fe:
+    if fe["p_max_low_MPa"] is None:
         return ""
     return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the profile variants"
 
