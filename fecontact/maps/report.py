@@ -25,13 +25,12 @@ from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture, Spot
-from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_words, find_cheapest_of_load
-from fecontact.outputs.records.results import case_inputs
+from fecontact.outputs.records.results import case_inputs, load_record
 from fecontact.outputs.report_words import answer_words, lead_style, question_text
 from fecontact.outputs.study_report import REPORT_FILE, closing_parts
 from fecontact.outputs.style import encode_webp, render_image, render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord, TableRow, make_columns, make_table, number_column, text_column
-from fecontact.outputs.verdict_words import verdict_reason
+from fecontact.outputs.verdict_words import cheapest_words, verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
 DEFAULT_TEXT_WIDTH = 120
@@ -308,17 +307,16 @@ def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
         load = cell.judged
         answer = cell.verdict if cell.usable else "failed"
         cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
-        cells += ["-", cell.status, "-", ""] if load is None else _describe_load(load)
+        cells += ["-", cell.status, "-", ""] if load is None else _describe_load(load_record(load))
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
     return Table(title="", columns=make_columns(*headings, texts=words, answers=("Hertz",)), rows=rows)
 
 
-def _describe_load(load: JudgedLoad) -> list[str]:
-    """Table cells of a judged load."""
-    unknowns = str(sum(load.level.degrees_of_freedom.values()))
-    cheapest = cheapest_words(cheapest_columns("cheapest_theory", find_cheapest_of_load(load)))
-    utilisation = load.limit_utilisation if load.plastic is None else load.plastic.deciding.limit_utilisation
-    return [f"{utilisation:.2f}", verdict_reason(load), unknowns, cheapest]
+def _describe_load(record: TableRecord) -> list[str]:
+    """Table cells of a solved cell by its record."""
+    unknowns = str(sum(record["solver"]["degrees_of_freedom"].values()))
+    utilisation = record["verdict"]["limit_utilisation"]
+    return [f"{utilisation:.2f}", verdict_reason(record), unknowns, cheapest_words(record)]
 
 
 _ANSWERS_WITHOUT_THEORY = {
