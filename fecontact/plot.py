@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from fecontact.errors import InputError
 from fecontact.outputs.figures.case import case_inches, draw_case
 from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
+from fecontact.outputs.records.results import lobe_records, result_record
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -56,10 +57,10 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
         raise InputError(f"field is {field!r}; allowed: {', '.join(get_args(Field))}")
     fields = PressureFields.of(result.load)
     if axes is not None:
-        draw_pressure(axes, result.load, field, fields)
+        draw_pressure(axes, field, fields, lobe_records(result.load))
         return axes.figure
     figure = _make_figure(*case_inches(fields))
-    draw_case(figure, result.load, result.placement, fields)
+    draw_case(figure, result_record(result), result.placement, fields)
     return figure
 
 

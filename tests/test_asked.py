@@ -181,7 +181,7 @@ def test_without_a_yield_stress_nothing_changes(elliptic_quick):
 def test_pictures_and_paraview_say_it_first(result, tmp_path):
     fields = PressureFields.of(result.load)
     figure = blank_figure(*case_inches(fields))
-    draw_case(figure, result.load, result.placement, fields)
+    draw_case(figure, result_record(result), result.placement, fields)
     assert figure.texts[0].get_text().strip() == "Hertz FAILS"
     assert figure.texts[2].get_text().endswith("against elastic bodies Hertz HOLDS")
     lines = {line.get_label(): max(line.get_ydata()) for ax in figure.axes for line in ax.get_lines()}
@@ -189,7 +189,7 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     elastic = float(result.pressure_MPa.max())
     assert lines["finite elements, elastic bodies"] == pytest.approx(elastic, rel=5e-3)
     assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
-    assert first_answer(" ".join(case_annotation(result).split())) == "FAILS"
+    assert first_answer(" ".join(case_annotation(result_record(result)).split())) == "FAILS"
     level = result.load.level
     point_data = contact_surface(result, level.fe, level.yielded.fe).point_data
     plastic = point_data["plastic_pressure_MPa"]

@@ -24,10 +24,10 @@ from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.verdict_words import (
     BY_EACH_VARIANT,
     deciding_measure_text,
+    deciding_text,
     peak_range_text,
     variant_share_text,
     verdict_reason,
-    verdict_reason_of_record,
 )
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import load_library_profile
@@ -244,7 +244,7 @@ def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_q
     assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE_CAUSE)
     said = "holds on 4 of 6 profile variants (it fails with filters above 6 mm)"
     assert variant_share_text(verdict.variant_answers) == said
-    assert said in verdict_reason(judgement)
+    assert said in verdict_reason(load_record(judgement))
     record = json.loads(json.dumps(load_record(judgement)))
     verdict_record = record["verdict"]
     assert (
@@ -311,7 +311,7 @@ def test_a_verdict_variant_count_does_not_contradict_the_numbers_beside_it():
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
         "theories": {HERTZ: {"deviation": deviation, "uncertainty": stated}},
     }
-    assert verdict_reason_of_record(record).startswith(
+    assert deciding_text(record).startswith(
         "furthest beyond its limit: load on separate patches 21.47 % ± 41.60 % over all profile variants, each of"
         " which is judged separately (limit < 0.1 %)"
     )
@@ -340,7 +340,7 @@ def test_measures_that_fail_one_after_the_other_are_not_called_open():
         "verdict": {**vars(verdict), "limits": criteria.limits, "side": "both"},
         "theories": {HERTZ: {"deviation": deviations, "uncertainty": stated}},
     }
-    text = verdict_reason_of_record(record)
+    text = deciding_text(record)
     assert text.startswith("the profile variants exceed different limits: ")
     assert BY_EACH_VARIANT in text
     assert text.endswith("it fails on all 2 profile variants")
@@ -424,7 +424,7 @@ def test_a_certain_failure_is_said_where_elements_are_off_and_takes_no_finer_one
     sure = judged_with(elliptic_quick, levels=levels, half_space=two, lines=lines)
     assert (sure.status, sure.verdict.answer) == (ELEMENTS_STATUS, "FAILS")
     assert sure.verdict.cause != ELEMENTS_CAUSE
-    assert verdict_reason(sure).startswith("certain from the half-space alone, ")
+    assert verdict_reason(load_record(sure)).startswith("certain from the half-space alone, ")
     assert verdict_of(load_row(sure, placement)) == "FAILS"
     assert not is_open(judgement.case, levels, placement, lines, two)
 

@@ -416,7 +416,7 @@ def test_a_preview_says_what_the_solution_will_begin_with(tmp_path):
     assert previewed.lines_seconds == 0.0
     # the mesh of this case has 11,838 and 17,448 unknowns
     assert previewed.degrees_of_freedom == pytest.approx(29_286, rel=0.1)
-    text = "\n".join(preview_lines(previewed))
+    text = "\n".join(preview_lines(preview_record(previewed)))
     assert "curvature junctions in the patch: rail at +2.35 mm" in text
     record = json.loads(json.dumps(preview_record(previewed)))
     assert record["hertz"]["p_max_MPa"] == pytest.approx(1585.4, abs=0.1)

@@ -1204,7 +1204,7 @@ def draw_case_figure(result: CaseResult):
 
     fields = PressureFields.of(result.load)
     figure = Figure(figsize=case_inches(fields))
-    draw_case(figure, result.load, result.placement, fields)
+    draw_case(figure, result_record(result), result.placement, fields)
     return figure
 
 
@@ -1287,7 +1287,7 @@ def test_nothing_in_a_case_figure_hides_another_thing_or_is_cut_off(elliptic_qui
     fe = replace(load.fe.pressure, values=20.0 * load.fe.pressure.values)
     fields = PressureFields(grid=fe.grid, fe=fe.values, hertz=0.0 * fe.values, ellipse=load.hertz)
     figure = blank_figure(*case_inches(fields))
-    draw_case(figure, load, result.placement, fields)
+    draw_case(figure, result_record(replace(result, load=load)), result.placement, fields)
     figure.draw_without_rendering()
     artists = [*figure.axes, *figure.texts]
     boxes = {str(artist): artist.get_tightbbox() for artist in artists}
@@ -1313,7 +1313,7 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     ]
     # the text beside the picture and the table on the terminal have the same places and forces
     figure = blank_figure(15.0, 9.0)
-    draw_case(figure, two.load, two.placement, PressureFields.of(two.load))
+    draw_case(figure, result_record(two), two.placement, PressureFields.of(two.load))
     labels = re.findall(r"lobe (\d), centre at rail y (\S+) mm: (\S+) MPa, (\S+) kN", figure.texts[-1].get_text())
     table = lobes_table(result_record(two))
     places = {column.heading.replace("\n", " "): n for n, column in enumerate(table.columns)}

@@ -22,7 +22,8 @@ from fecontact.outputs.records.cheapest import judgements_by_theory
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.outputs.study_report import parts_of_rows
 from fecontact.outputs.terminal import print_parts
-from fecontact.outputs.verdict_words import BY_EACH_VARIANT, deciding_hertz, verdict_reason
+from fecontact.outputs.theory_records import deciding_hertz
+from fecontact.outputs.verdict_words import BY_EACH_VARIANT, verdict_reason
 from fecontact.outputs.verdict_words import deciding_measure_text as decided_text
 
 LIMITS = Criteria().limits
@@ -98,8 +99,8 @@ def check_one_side(result):
     # the text has these numbers too, and does not contradict itself
     text = decided_text(row, LIMITS)
     assert BY_EACH_VARIANT not in text
-    assert text in verdict_reason(result.load)
-    assert "with the curvature of the gauge side" in verdict_reason(result.load)
+    assert text in verdict_reason(result_record(result))
+    assert "with the curvature of the gauge side" in verdict_reason(result_record(result))
     (line, *_) = [
         text_line
         for text_line in printed(parts_of_rows([{"id": "one", **case_row(result)}])).splitlines()

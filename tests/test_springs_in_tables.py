@@ -14,11 +14,12 @@ from rungs import on_half_space
 from fecontact.case import Case
 from fecontact.contact_theories.registry import MULTI_HERTZ
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.records.cheapest import judgements_of_other_theories, theory_text
+from fecontact.outputs.records.cheapest import judgements_of_other_theories
 from fecontact.outputs.records.results import load_row
 from fecontact.outputs.study_report import parts_of_rows
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.verdict_words import cheapest_text_of_row
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import LATER_COLUMN_PREFIXES, find_kind, load_table
 from fecontact.solving.placing import place_case
@@ -67,7 +68,7 @@ def test_a_single_ellipse_has_no_columns_of_its_own(single):
     assert MULTI_HERTZ not in judgements_of_other_theories(single[0])
     assert not [name for name in row if name.startswith("multi_hertz_")]
     assert row["cheapest_theory"] == "hertz"
-    assert theory_text(row) == ""
+    assert cheapest_text_of_row(row) == ""
 
 
 def test_every_column_has_a_known_kind(two):
@@ -97,7 +98,7 @@ def test_the_table_shows_them_where_there_are_any(two, single):
 def test_rows_of_a_csv_say_the_same(two, tmp_path):
     row = load_row(*two)
     (row_read,) = csv.DictReader(write_csv([row], tmp_path / "one.csv").read_text("utf-8").splitlines())
-    assert theory_text(row_read) == theory_text(row) != ""
+    assert cheapest_text_of_row(row_read) == cheapest_text_of_row(row) != ""
 
 
 def compared(old, new, tmp_path):

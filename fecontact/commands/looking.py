@@ -57,7 +57,7 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     case = options.case()
     print_notes(describe_unusual_inputs([case]))
     case_preview = preview_case(case)
-    print_answer(preview_record(case_preview), lambda _: preview_lines(case_preview), json=json)
+    print_answer(preview_record(case_preview), preview_lines, json=json)
     if out is not None:
         with reporting_replaced_files(out):
             draw_preview(case_preview, out)

@@ -87,7 +87,7 @@ def solve(
     if json:
         print(format_json(case_records.record), flush=True)
     else:
-        title, evidence = case_words(result.case, result.placement), result.case.refine == "evidence"
+        title, evidence = case_words(case_records.record["case"]), result.case.refine == "evidence"
         print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
             print_result("--long prints all results" + ("" if out is None else f"; {out / 'report.html'} shows them"))

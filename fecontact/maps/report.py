@@ -9,11 +9,12 @@ from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
+from fecontact.errors import is_usable_status
 from fecontact.feature_registry import load_offers
 from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
-from fecontact.maps.model import ApplicabilityMap, MapCell, build_cell_row
+from fecontact.maps.model import ApplicabilityMap, build_cell_row
 from fecontact.maps.telling import build_cell_record, count_theory_shares
 from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.verdict_views import CAUSE_LETTERS, build_feature_view, build_verdict_view
@@ -25,13 +26,12 @@ from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.parts import Details, Heading, Lead, Part, Picture, Spot
-from fecontact.outputs.records.cheapest import cheapest_columns, cheapest_words, find_cheapest_of_load
 from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.report_words import answer_words, lead_style, question_text
 from fecontact.outputs.study_report import REPORT_FILE, closing_parts
 from fecontact.outputs.style import encode_webp, render_image, render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord, TableRow, make_columns, make_table, number_column, text_column
-from fecontact.outputs.verdict_words import verdict_reason
+from fecontact.outputs.verdict_words import cheapest_words, verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
 DEFAULT_TEXT_WIDTH = 120
@@ -74,7 +74,11 @@ def write_map_report(
     pair = pair_words(case, " and ")
     verdicts = [cell.verdict if cell.usable else "failed" for cell in applicability_map.cells]
     largest_loads, views = _choose_largest_loads(applicability_map), build_views(applicability_map, theory)
-    cells = {f"cell-{number}": _build_cell_parts(cell) for number, cell in enumerate(applicability_map.cells, start=1)}
+    records = [
+        build_cell_record(cell) | ({} if cell.judged is None else {"case": case_inputs(cell.judged.case)})
+        for cell in applicability_map.cells
+    ]
+    cells = {f"cell-{number}": _build_cell_parts(record) for number, record in enumerate(records, start=1)}
     map_pictures = [_draw_map_picture(view, cells) for view in views.values()]
     theory_index = list(views).index("theory")
     parts: list[Part] = [
@@ -93,7 +97,7 @@ def write_map_report(
         Heading("The pair"),
         *_build_pictures(applicability_map, largest_loads),
         Heading("Cells"),
-        _build_cells_table(applicability_map),
+        _build_cells_table(records),
         *_build_details(
             applicability_map, cells, pictures or {}, picture_count=count_fitting_pictures(map_pictures, len(cells))
         ),
@@ -106,16 +110,21 @@ def write_map_report(
     return write_text(out / REPORT_FILE, render_page(f"Where Hertz holds: {pair}", parts))
 
 
-def _build_cell_parts(cell: MapCell) -> list[Part]:
-    """Parts of a cell: its place, its answer and its measures, without the details of a case."""
-    place = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
-    if not cell.usable or cell.judged is None:
-        return [f"{place}: {cell.status}"]
-    # The hint for an open verdict depends on the case.
-    parts = case_parts({**build_cell_record(cell), "case": case_inputs(cell.judged.case)})
+def _build_cell_parts(record: TableRecord) -> list[Part]:
+    """Parts of a cell: its place, its answer and its measures, without the details of a case.
+
+    The record has the inputs of the case, on which the remedy for an open verdict depends.
+    """
+    place = f"{record['lateral_shift_mm']:+z.2f} mm, {record['load_N'] / 1e3:g} kN"
+    if not is_usable_status(record):
+        return [f"{place}: {record['status']}"]
     return [
-        f"{place}: Hertz {cell.verdict}",
-        *(document_part for document_part in parts if document_part and not isinstance(document_part, Details)),
+        f"{place}: Hertz {record['verdict']['answer']}",
+        *(
+            document_part
+            for document_part in case_parts(record)
+            if document_part and not isinstance(document_part, Details)
+        ),
     ]
 
 
@@ -307,26 +316,24 @@ def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
     return Table(title="", columns=make_columns("shift mm", *headings, texts=headings), rows=rows)
 
 
-def _build_cells_table(applicability_map: ApplicabilityMap) -> Table:
+def _build_cells_table(records: Sequence[TableRecord]) -> Table:
     """Table of cells with the verdict and the cheapest theory that holds."""
     words = ("decided by", "cheapest theory that holds")
     headings = ("shift mm", "load kN", "Hertz", "limit utilisation", words[0], "unknowns", words[1])
     rows = []
-    for cell in applicability_map.cells:
-        load = cell.judged
-        answer = cell.verdict if cell.usable else "failed"
-        cells = [f"{cell.lateral_shift_mm:+z.2f}", f"{cell.load_N / 1e3:g}", answer]
-        cells += ["-", cell.status, "-", ""] if load is None else _describe_load(load)
+    for record in records:
+        answer = record["verdict"]["answer"] if is_usable_status(record) else "failed"
+        cells = [f"{record['lateral_shift_mm']:+z.2f}", f"{record['load_N'] / 1e3:g}", answer]
+        cells += _describe_load(record) if "verdict" in record else ["-", record["status"], "-", ""]
         rows.append(TableRow(cells=cells, tone="fails" if answer == "FAILS" else "plain"))
     return Table(title="", columns=make_columns(*headings, texts=words, answers=("Hertz",)), rows=rows)
 
 
-def _describe_load(load: JudgedLoad) -> list[str]:
-    """Table cells of a judged load."""
-    unknowns = str(sum(load.level.degrees_of_freedom.values()))
-    cheapest = cheapest_words(cheapest_columns("cheapest_theory", find_cheapest_of_load(load)))
-    utilisation = load.limit_utilisation if load.plastic is None else load.plastic.deciding.limit_utilisation
-    return [f"{utilisation:.2f}", verdict_reason(load), unknowns, cheapest]
+def _describe_load(record: TableRecord) -> list[str]:
+    """Table cells of a solved cell by its record."""
+    unknowns = str(sum(record["solver"]["degrees_of_freedom"].values()))
+    utilisation = record["verdict"]["limit_utilisation"]
+    return [f"{utilisation:.2f}", verdict_reason(record), unknowns, cheapest_words(record)]
 
 
 _ANSWERS_WITHOUT_THEORY = {

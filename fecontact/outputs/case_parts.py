@@ -23,15 +23,14 @@ from fecontact.outputs.pair_geometry import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import elastic_record, requested_record
 from fecontact.outputs.tables import TableRecord
-from fecontact.outputs.theory_records import judged_theories
+from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
     cheapest_text,
-    deciding_hertz,
+    deciding_text,
     elastic_words,
     peak_range_text,
     remedy_text,
-    verdict_reason_of_record,
 )
 from fecontact.outputs.words import names_text, unknown_text
 
@@ -81,7 +80,7 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     elastic, record = elastic_record(record), requested_record(record)
     verdict, reference = record["verdict"], f" {AGAINST_YIELDING_BODIES}" * _has_plastic_step(record)
     yield f"{title}:" if title else ""
-    yield f"Hertz {verdict['answer']}{reference}; {verdict_reason_of_record(record)}"
+    yield f"Hertz {verdict['answer']}{reference}; {deciding_text(record)}"
     other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
     yield f"also failing: {names_text(other_measures)}" if other_measures else ""
     open_measures = [
@@ -90,7 +89,7 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     yield f"also undecided: {names_text(open_measures)}" if open_measures else ""
     if reference:
         yield record["plastic"][HERTZ]["cancelling"]
-        yield f"{elastic_words(elastic['verdict']['answer'])}; {verdict_reason_of_record(elastic)}"
+        yield f"{elastic_words(elastic['verdict']['answer'])}; {deciding_text(elastic)}"
     yield peak_range_text(elastic["fe"])
     if verdict["unknown"]:
         yield unknown_text(verdict["unknown"])

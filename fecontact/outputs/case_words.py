@@ -5,44 +5,40 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from fecontact.case import Case, Opposite
-from fecontact.outputs.pair_names import RowMapping, pair_words
-from fecontact.placement.irregularity import format_irregularity
-from fecontact.placement.wheel_on_rail import Placement
+from fecontact.outputs.pair_names import BODIES, RowMapping, row_pair_text
+from fecontact.placement.irregularity import Irregularity, format_irregularity
 from fecontact.profiles.reading import can_form_wheelset, is_crane_rail
-from fecontact.solving.placing import compute_roll
 
 
-def case_words(case: Case, placement: Placement) -> str:
+def case_words(inputs: RowMapping) -> str:
     """Pair, position and load of a case.
 
     Parameters
     ----------
-    case
-        Inputs of the case.
-    placement
-        Placement of the case, with its roll.
+    inputs
+        Record of the inputs of a placed case, with `roll_mrad` (`case` in a record of a result).
 
     Returns
     -------
     str
         Text in one line. Shift in mm, angles in mrad, load in kN.
     """
-    roll = 1e3 * compute_roll(case, placement)
-    rotations = f", yaw {1e3 * case.yaw_rad:+.4g} mrad" if case.yaw_rad else ""
-    if case.roll != "given":
-        rotations = f" of the wheelset, {case.side} side, roll {roll:+z.4g} mrad{rotations}"
-    elif roll:
-        rotations = f", roll {roll:+.4g} mrad{rotations}"
-    irregularities = (("rail", case.rail_irregularity), ("wheel", case.wheel_irregularity))
+    roll_mrad = inputs["roll_mrad"]
+    rotations = f", yaw {1e3 * inputs['yaw_rad']:+.4g} mrad" if inputs["yaw_rad"] else ""
+    if inputs["roll"] != "given":
+        rotations = f" of the wheelset, {inputs['side']} side, roll {roll_mrad:+z.4g} mrad{rotations}"
+    elif roll_mrad:
+        rotations = f", roll {roll_mrad:+.4g} mrad{rotations}"
     irregularity_words = ", ".join(
-        f"{body} {format_irregularity(irregularity)}"
-        for body, irregularity in irregularities
-        if irregularity is not None
+        f"{body} {format_irregularity(Irregularity(**inputs[f'{body}_irregularity']))}"
+        for body in BODIES
+        # the inputs of smooth bodies have no key
+        if inputs.get(f"{body}_irregularity")
     )
     return (
-        f"{pair_words(case)};"
-        f" shift {case.lateral_shift_mm:+z.2f} mm{rotations}; {case.load_kind} load {case.load_N / 1e3:.4g} kN"
-        + (f"; at {case.distance_mm:g} mm of {irregularity_words}" if irregularity_words else "")
+        f"{row_pair_text(inputs)}; shift {inputs['lateral_shift_mm']:+z.2f} mm{rotations};"
+        f" {inputs['load_kind']} load {inputs['load_N'] / 1e3:.4g} kN"
+        + (f"; at {inputs.get('distance_mm', 0.0):g} mm of {irregularity_words}" if irregularity_words else "")
     )
 
 
@@ -67,18 +63,12 @@ def roll_words(case: Case) -> str:
     str
         Whether the roll is found from the wheelset or given. If the case has no wheelset, the reason is included.
     """
-    if case.roll == "loaded":
-        load_kN, opposite_load_kN = (
-            load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N)
-        )
-        return _loaded_roll_words(case.side, load_kN, opposite_load_kN)
-    if case.roll == "touching":
-        return TOUCHING_ROLL_WORDS
-    fixed = f"roll fixed at {1e3 * case.roll_rad:g} mrad"
-    if can_form_wheelset(case.rail, case.wheel):
-        return fixed
+    loads_kN = (load_N and load_N / 1e3 for load_N in (case.roll_load_N, case.opposite.wheel_load_N))
+    words = _describe_roll(str(case.roll), 1e3 * case.roll_rad, case.side, *loads_kN)
+    if case.roll != "given" or can_form_wheelset(case.rail, case.wheel):
+        return words
     reason = "a crane rail has" if is_crane_rail(case.rail) else "profiles given by their radii have"
-    return f"{fixed} ({reason} no wheelset)"
+    return f"{words} ({reason} no wheelset)"
 
 
 def roll_words_of_rows(rows: Sequence[RowMapping]) -> str:
@@ -95,28 +85,38 @@ def roll_words_of_rows(rows: Sequence[RowMapping]) -> str:
         Words as in `roll_words`; empty if no row has a roll.
     """
     rolled_rows = [row for row in rows if row.get("roll_mrad") not in (None, "")]
-    kinds = {row.get("roll") or "given" for row in rolled_rows}
-    if kinds == {"touching"}:
-        return TOUCHING_ROLL_WORDS
-    if kinds == {"touching", "loaded"}:
-        return f"{TOUCHING_ROLL_WORDS}, loaded or not"
-    if kinds == {"loaded"}:
-        loads_kN = {(_read_number(row, "roll_load_kN"), _read_number(row, "opposite_load_kN")) for row in rolled_rows}
-        sides = {str(row["side"]) for row in rolled_rows}
-        return (
-            _loaded_roll_words(sides.pop(), *loads_kN.pop()) if len(loads_kN) == len(sides) == 1 else LOADED_ROLL_WORDS
-        )
-    rolls = {float(row["roll_mrad"]) for row in rolled_rows}
-    if kinds == {"given"}:
-        return f"roll fixed at {rolls.pop():g} mrad" if len(rolls) == 1 else "roll fixed for each case"
-    return f"{TOUCHING_ROLL_WORDS}, or fixed" if kinds else ""
+    rolls = {_read_roll(row) for row in rolled_rows}
+    if len(rolls) < 2:
+        return _describe_roll(*rolls.pop()) if rolls else ""
+    kinds = {kind for kind, *_ in rolls}
+    words_by_kinds = {
+        frozenset({"loaded"}): LOADED_ROLL_WORDS,
+        frozenset({"given"}): "roll fixed for each case",
+        frozenset({"touching", "loaded"}): f"{TOUCHING_ROLL_WORDS}, loaded or not",
+    }
+    return words_by_kinds.get(frozenset(kinds), f"{TOUCHING_ROLL_WORDS}, or fixed")
 
 
-def _loaded_roll_words(side: str, load_kN: float | None, opposite_load_kN: float | None) -> str:
-    """Words for the roll of a loaded wheelset.
+def _read_roll(row: RowMapping) -> tuple[str, float, str, float | None, float | None]:
+    """Arguments of `_describe_roll`; values that it does not show are zero, empty or None."""
+    kind = str(row.get("roll") or "given")
+    if kind == "loaded":
+        return kind, 0.0, str(row["side"]), _read_number(row, "roll_load_kN"), _read_number(row, "opposite_load_kN")
+    return kind, float(row["roll_mrad"]) if kind == "given" else 0.0, "", None, None
 
-    Both loads are in kN. A load is None if it is equal to the load of the cases.
+
+def _describe_roll(
+    kind: str, roll_mrad: float, side: str, load_kN: float | None, opposite_load_kN: float | None
+) -> str:
+    """Words for a roll of a kind.
+
+    The roll is shown only if it is given, the loads (kN) only for a loaded wheelset. A load is None if it is equal to
+    the load of the cases.
     """
+    if kind == "given":
+        return f"roll fixed at {roll_mrad:g} mrad"
+    if kind == "touching":
+        return TOUCHING_ROLL_WORDS
     if opposite_load_kN is None:
         return LOADED_ROLL_WORDS if load_kN is None else f"roll of the wheelset under {load_kN:g} kN per wheel"
     opposite_part = f"{opposite_load_kN:g} kN on its {_OPPOSITE_SIDE[side]} wheel"

@@ -15,7 +15,6 @@ from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.pair_names import VARIED_COLUMN, row_pair_text
 from fecontact.outputs.parts import Picture
-from fecontact.outputs.records.cheapest import cheapest_words
 from fecontact.outputs.tables import (
     Column,
     Table,
@@ -29,7 +28,7 @@ from fecontact.outputs.tables import (
     text_column,
 )
 from fecontact.outputs.theory_records import judged_theories
-from fecontact.outputs.verdict_words import deciding_measure_text, theory_words
+from fecontact.outputs.verdict_words import cheapest_words, deciding_measure_text, theory_words
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
 # --- Tables about theories of the pressure, for the terminal and reports.

@@ -25,7 +25,6 @@ from fecontact.outputs.figures.report_pictures import ladder_figure
 from fecontact.outputs.pair_names import RowMapping, position_text, row_pair_text
 from fecontact.outputs.parts import Details, Heading, Items, Lead, Part, Picture, Terms
 from fecontact.outputs.records.asked import requested_row
-from fecontact.outputs.records.cheapest import theory_text
 from fecontact.outputs.records.results import package_versions
 from fecontact.outputs.report_words import (
     GLOSSARY,
@@ -39,6 +38,7 @@ from fecontact.outputs.style import render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
+    cheapest_text_of_row,
     deciding_measure_text,
     elastic_words,
 )
@@ -328,7 +328,7 @@ def parts_of_rows(rows: Sequence[TableRecord]) -> Iterator[Table | str]:
             continue
         if row.get("verdict_cause"):
             yield f"{place_text}: {row['verdict_answer']}: {row['verdict_cause']}"
-        if text := theory_text(row):
+        if text := cheapest_text_of_row(row):
             yield f"{place_text}: {text}"
 
 

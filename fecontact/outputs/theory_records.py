@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
@@ -25,6 +26,23 @@ def judged_theories(record: TableRecord) -> dict[str, TableRecord]:
     return {
         name: theory for name, theory in record["theories"].items() if theory is not None and theory["problem"] is None
     }
+
+
+def deciding_hertz(record: TableRecord) -> TableRecord:
+    """Record of Hertz with the curvature of the side that decided the verdict.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Returns
+    -------
+    dict
+        Record of Hertz of the gauge side or of the field side.
+    """
+    hertz: TableRecord = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
+    return hertz
 
 
 def select_measures(theory: TableRecord) -> Record:

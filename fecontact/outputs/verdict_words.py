@@ -8,18 +8,16 @@ from textwrap import fill
 from typing import Any
 
 from fecontact.case import RESOLUTIONS
-from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import describe_status, is_usable_status
-from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.ladder import PLASTIC_STEP
 from fecontact.judging.lines import FILTER_LABEL
-from fecontact.judging.measures import MEASURES, Measures
+from fecontact.judging.measures import MEASURES
 from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
-from fecontact.outputs.theory_records import judged_theories
+from fecontact.outputs.records.asked import requested_record
+from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
-from fecontact.solving.solve import CaseResult
 
 AGAINST_YIELDING_BODIES = "against bodies that yield"
 """Reference of a verdict if there is a yield stress."""
@@ -81,9 +79,9 @@ def deviation_sentence(
     )
 
 
-def _decision_text(judgement: Record, verdict: Record, limits: Record) -> str:
+def _decision_text(judgement: Record, verdict: Record) -> str:
     """Deviation of a judged theory in the measure that decided a verdict."""
-    measure, answer = verdict["measure"], verdict["answer"]
+    measure, answer, limits = verdict["measure"], verdict["answer"], verdict["limits"]
     deviation, uncertainty = (judgement[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
     measure_answer = verdict["each"][measure]
     if answer != "FAILS" or measure_answer == "FAILS":
@@ -93,17 +91,6 @@ def _decision_text(judgement: Record, verdict: Record, limits: Record) -> str:
         "the profile variants exceed different limits:"
         f" {deviation_sentence(measure, deviation, uncertainty, limits[measure], answer)}"
     )
-
-
-def _cause_text(cause: str | None) -> str:
-    return f"; cause: {cause}" if cause else ""
-
-
-def _reason(verdict: Record, judgement: Record) -> str:
-    """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
-    side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
-    return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
 def variant_share_text(lines: Mapping[str, str]) -> str:
@@ -180,7 +167,7 @@ def peak_range_text(fe: Record) -> str:
     return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the profile variants"
 
 
-def verdict_reason(load: JudgedLoad) -> str:
+def verdict_reason(record: Record) -> str:
     """Reason of the requested verdict: measure, deviation of Hertz, and cause.
 
     With a yield stress this is the verdict against bodies that yield, and the verdict against elastic bodies comes
@@ -188,38 +175,41 @@ def verdict_reason(load: JudgedLoad) -> str:
 
     Parameters
     ----------
-    load
-        Judged load.
+    record
+        Record of a load.
 
     Returns
     -------
     str
         The reason in one line. For unusable results it is the status.
     """
-    if load.plastic is not None and load.elastic_verdict is not None:
-        judgement = load.plastic.deciding
-        limits = {"limits": load.case.criteria.limits, "side": load.plastic.deciding_side}
-        reason = _reason({**vars(judgement.verdict), **limits}, vars(judgement))
-        return f"{AGAINST_YIELDING_BODIES}, {reason}; {elastic_words(load.elastic_verdict.answer)}"
-    limits = {"limits": load.case.criteria.limits, "side": load.deciding_side}
-    reason = _reason({**vars(load.verdict), **limits}, vars(load.deciding))
-    if load.usable:
+    reason = deciding_text(requested_record(record))
+    if record["elastic_verdict"] is not None:
+        return f"{AGAINST_YIELDING_BODIES}, {reason}; {elastic_words(record['elastic_verdict']['answer'])}"
+    if is_usable_status(record):
         return reason
     certain_part = f"certain from the half-space alone, {reason}; do not use the numbers of the finite elements: "
-    return f"{certain_part if load.verdict.answer == 'FAILS' else 'do not use this result: '}{load.status}"
+    return f"{certain_part if record['verdict']['answer'] == 'FAILS' else 'do not use this result: '}{record['status']}"
 
 
-def reference_measures(load: JudgedLoad) -> Measures:
-    """Measures of the finite elements.
+def deciding_text(record: Record) -> str:
+    """Deciding measure of the verdict of a record, with curvature, cause and share of profile variants.
 
-    If there is a yield stress, they are measures of bodies that yield.
+    Parameters
+    ----------
+    record
+        Record of a load in which the verdict and Hertz have the same reference (`requested_record`, `elastic_record`).
+
+    Returns
+    -------
+    str
+        The text, also for an unusable record.
     """
-    return load.ladder.rungs.get(PLASTIC_STEP.end, load.comparison.fe)
-
-
-def verdict_reason_of_record(record: Record) -> str:
-    """Reason of the verdict of a record, also for an unusable record."""
-    return _reason(record["verdict"], deciding_hertz(record))
+    verdict = record["verdict"]
+    side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
+    variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
+    cause = f"; cause: {verdict['cause']}" if verdict["cause"] else ""
+    return f"{_decision_text(deciding_hertz(record), verdict)}{side}{cause}{variants}"
 
 
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
@@ -245,6 +235,22 @@ def theory_words(name: str | None, status: str | None = "", reason: str | None =
     return f"{words}, {status}{reason and f': {reason}'}" if status == "out of range" else words
 
 
+def cheapest_words(columns: Record) -> str:
+    """Words for the cheapest theory that holds in a record or in a row."""
+    return theory_words(*(columns.get(f"cheapest_theory{suffix}") for suffix in ("", "_status", "_reason")))
+
+
+def _cheapest_lead(columns: Record) -> str:
+    """First words on the cheapest theory that holds in a record or in a row.
+
+    They are empty if Hertz holds in its range, and if no theory holds.
+    """
+    name = columns.get("cheapest_theory")
+    if name not in THEORIES or (name == HERTZ and columns.get("cheapest_theory_status") != "out of range"):
+        return ""
+    return f"cheapest theory that holds: {cheapest_words(columns)}"
+
+
 def cheapest_text(record: Record) -> str:
     """Text for the cheapest theory that holds or may hold.
 
@@ -260,7 +266,7 @@ def cheapest_text(record: Record) -> str:
     str
         Theory, deviations of peak pressure and area, and limit utilisation.
     """
-    name, *status = (record[f"cheapest_theory{suffix}"] for suffix in ("", "_status", "_reason"))
+    name = record["cheapest_theory"]
     if name == "UNRESOLVED":
         verdicts = {theory_name: theory["verdict"] for theory_name, theory in judged_theories(record).items()}
         possible_theory = next(
@@ -272,17 +278,39 @@ def cheapest_text(record: Record) -> str:
             if lines
             else ""
         )
-    if name not in THEORIES or (name == HERTZ and status[0] != "out of range"):
+    lead = _cheapest_lead(record)
+    if not lead:
         return ""
     judged_theory = deciding_hertz(record) if name == HERTZ else record["theories"][name]
-    deviations = {
-        MEASURE_WORDS[measure].short: MEASURE_WORDS[measure].deviation_text(judged_theory["deviation"][measure])
+    deviations_text = ", ".join(
+        f"{MEASURE_WORDS[measure].short} {MEASURE_WORDS[measure].deviation_text(judged_theory['deviation'][measure])}"
         for measure in ("p_max_MPa", "area_mm2")
-    }
-    deviations_text = ", ".join(f"{short} {value}" for short, value in deviations.items())
-    words = theory_words(name, *status)
-    utilisation = f"limit utilisation {judged_theory['limit_utilisation']:.2f}"
-    return f"cheapest theory that holds: {words} ({deviations_text}; {utilisation})"
+    )
+    return f"{lead} ({deviations_text}; limit utilisation {judged_theory['limit_utilisation']:.2f})"
+
+
+def cheapest_text_of_row(row: Record) -> str:
+    """Text for the cheapest theory of a row, in percent with fewer digits than `cheapest_text`.
+
+    It is empty if Hertz holds in its range, or if no theory holds.
+
+    Parameters
+    ----------
+    row
+        Row of a load.
+
+    Returns
+    -------
+    str
+        Theory, deviations of peak pressure and area, and limit utilisation.
+    """
+    lead = _cheapest_lead(row)
+    if not lead:
+        return ""
+    name = row["cheapest_theory"]
+    p_max, area = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
+    utilisation = float(row[f"{name}_limit_utilisation"])
+    return f"{lead} (p_max {p_max:+z.1f} %, area {area:+z.1f} %, limit utilisation {utilisation:.2f})"
 
 
 def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
@@ -308,23 +336,6 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
     *columns, factor = deviation_columns(measure)
     deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
     return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
-
-
-def deciding_hertz(record: Record) -> Record:
-    """Record of Hertz with the curvature of the side that decided the verdict.
-
-    Parameters
-    ----------
-    record
-        Record of a result.
-
-    Returns
-    -------
-    dict
-        Record of Hertz of the gauge side or of the field side.
-    """
-    hertz: Record = record["theories"][HERTZ_GAUGE if record["verdict"]["side"] == "gauge" else HERTZ]
-    return hertz
 
 
 def remedy_text(record: Record) -> str:
@@ -393,23 +404,23 @@ def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
 _ANNOTATION_WIDTH = 40
 
 
-def case_annotation(result: CaseResult) -> str:
+def case_annotation(record: Record) -> str:
     """Text of a case and its verdict in short lines, for a picture.
 
     Parameters
     ----------
-    result
-        Result of a case.
+    record
+        Record of a result.
 
     Returns
     -------
     str
         Lines of at most 40 characters.
     """
-    fe, hertz = reference_measures(result.load).p_max_MPa, result.comparison.hertz.p_max_MPa
+    fe, hertz = (measures["p_max_MPa"] for measures in (requested_record(record)["fe"], record["theories"][HERTZ]))
     lines = (
-        case_words(result.case, result.placement),
-        f"Hertz {result.load.verdict.answer}: {verdict_reason(result.load)}",
+        case_words(record["case"]),
+        f"Hertz {record['verdict']['answer']}: {verdict_reason(record)}",
         f"peak pressure: finite elements {fe:.0f} MPa, Hertz {hertz:.0f} MPa",
     )
     return "\n".join(fill(text, _ANNOTATION_WIDTH) for text in lines)

@@ -108,7 +108,7 @@ def keep_with_report(result: CaseResult, case_records: CaseRecords, folder: Path
     seal_case(result.case, folder)
     relief = relief_picture(result.load, result.placement)
     return write_study_report(
-        case_words(result.case, result.placement),
+        case_words(case_records.record["case"]),
         [ReportedCase(row=case_records.row, record=case_records.record, picture=folder / "case.png", relief=relief)],
         folder,
         shown=DrawnCase(row=case_records.row, placement=result.placement),

@@ -38,7 +38,7 @@ from fecontact.features.irregular.telling import format_irregular
 from fecontact.guide.pages import read_page
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import position_text
-from fecontact.outputs.records.results import input_columns
+from fecontact.outputs.records.results import case_inputs, input_columns
 from fecontact.outputs.records.stored import placement_record, restore_placement
 from fecontact.placement.irregularity import IRREGULARITY_FORMS, Irregularity, format_irregularity, parse_irregularity
 from fecontact.runs.identity import make_case_id
@@ -508,7 +508,7 @@ def test_a_study_has_irregularities_as_texts_or_tables_and_lists_of_distances(tm
     assert input_columns(cases[1])["distance_mm"] == 12.5
     assert input_columns(cases[1])["rail_irregularity"] == "sine:wavelength_mm=50,amplitude_mm=0.01"
     assert position_text(input_columns(cases[1])) == "+0.00 mm, 100 kN, at 12.5 mm"
-    words = case_words(cases[1], place_case(cases[1]))
+    words = case_words(case_inputs(cases[1], place_case(cases[1])))
     assert "at 12.5 mm of rail sine:wavelength_mm=50,amplitude_mm=0.01, wheel haversine:length_mm=80" in words
 
 

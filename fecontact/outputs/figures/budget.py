@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.outputs.style import SERIES_COLOURS
 from fecontact.outputs.words import CONTRIBUTION_WORDS, MEASURE_WORDS
 
@@ -16,7 +16,7 @@ _SMALL_FRACTION = 0.04
 _OTHER = "other"
 
 
-def draw_budget(ax: Axes, measure: str, budget: UncertaintyBudget) -> None:
+def draw_budget(ax: Axes, measure: str, budget: Mapping[str, float]) -> None:
     """Draw the contributions to the uncertainty of a deviation as a stacked bar.
 
     Parameters
@@ -26,7 +26,7 @@ def draw_budget(ax: Axes, measure: str, budget: UncertaintyBudget) -> None:
     measure
         Name of the measure.
     budget
-        Contributions to the uncertainty (-).
+        Contributions to the uncertainty (-), by name.
     """
     words = MEASURE_WORDS[measure]
     left = 0.0
@@ -37,20 +37,20 @@ def draw_budget(ax: Axes, measure: str, budget: UncertaintyBudget) -> None:
         left += value
     ax.set_xlim(0.0, left or 1.0)
     ax.set_axis_off()
-    total = words.deviation_text(budget.total, size=True)
+    total = words.deviation_text(sum(budget.values()), size=True)
     ax.set_title(f"contributions to the uncertainty of {words.name}, ± {total}", fontsize=9, loc="left", pad=3)
     ax.legend(
         loc="upper left", bbox_to_anchor=(0.0, -0.05), ncols=5, fontsize=8, frameon=False, borderpad=0, handlelength=1.0
     )
 
 
-def group_contributions(budget: UncertaintyBudget) -> dict[str, float]:
+def group_contributions(budget: Mapping[str, float]) -> dict[str, float]:
     """Contributions that are worth a segment, the largest first, and the sum of all others.
 
     Parameters
     ----------
     budget
-        Contributions to an uncertainty (-).
+        Contributions to an uncertainty (-), by name.
 
     Returns
     -------
@@ -59,13 +59,12 @@ def group_contributions(budget: UncertaintyBudget) -> dict[str, float]:
 
     Examples
     --------
-    >>> from fecontact.judging.uncertainty_budget import UncertaintyBudget
     >>> from fecontact.outputs.figures.budget import group_contributions
-    >>> group_contributions(UncertaintyBudget(reading=0.001, cut_planes=0.003, residual=0.00001))
+    >>> group_contributions({"reading": 0.001, "cut_planes": 0.003, "residual": 0.00001})
     {'cut_planes': 0.003, 'reading': 0.001, 'other': 1e-05}
     """
-    total = budget.total
-    contributions = sorted(budget.contributions.items(), key=lambda contribution: -contribution[1])
+    total = sum(budget.values())
+    contributions = sorted(budget.items(), key=lambda contribution: -contribution[1])
     large = {name: value for name, value in contributions if value >= _SMALL_FRACTION * total and value > 0.0}
     rest = sum(value for name, value in contributions if name not in large)
     return large | ({_OTHER: rest} if rest > 0.0 else {})

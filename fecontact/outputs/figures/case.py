@@ -9,8 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.judging.judged_load import JudgedLoad
+from fecontact.contact_theories.registry import HERTZ
+from fecontact.judging.measures import MEASURES
 from fecontact.outputs.case_words import case_words
+from fecontact.outputs.records.asked import requested_record
+from fecontact.outputs.records.results import result_record
 from fecontact.outputs.style import (
     ANSWER_COLOURS,
     Colour,
@@ -18,7 +21,9 @@ from fecontact.outputs.style import (
     save_figure,
     save_image,
 )
-from fecontact.outputs.verdict_words import reference_measures, verdict_reason
+from fecontact.outputs.tables import TableRecord
+from fecontact.outputs.theory_records import deciding_hertz
+from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.outputs.words import MEASURE_WORDS
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import ProfileKind, format_radius, invert_curvature_mm
@@ -33,7 +38,6 @@ from fecontact.outputs.figures.pressure_maps import (
     ROLLING_LABEL,
     PressureFields,
     draw_pressure,
-    numbered_lobes,
 )
 
 # --- Picture of a case: its verdict, both pressures and their difference, cuts through the peak, and all measures.
@@ -68,7 +72,7 @@ def write_case_figure(result: CaseResult, path: str | Path, *, svg: bool = True)
     """
     fields = PressureFields.of(result.load)
     figure = blank_figure(*case_inches(fields))
-    draw_case(figure, result.load, result.placement, fields)
+    draw_case(figure, result_record(result), result.placement, fields)
     return save_figure(figure, path) if svg else save_image(figure, Path(path))
 
 
@@ -77,8 +81,8 @@ def case_inches(fields: PressureFields) -> tuple[float, float]:
     return _WIDTH, _HEAD_HEIGHT + _TITLE_HEIGHT + _map_height(fields) + _LABEL_HEIGHT + _CUTS_HEIGHT + _BUDGET_HEIGHT
 
 
-def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: PressureFields) -> None:
-    """Draw a judged load into a figure: the head with the verdict, maps, cuts and words.
+def draw_case(figure: Figure, record: TableRecord, placement: Placement, fields: PressureFields) -> None:
+    """Draw a result into a figure: the head with the verdict, maps, cuts and words.
 
     Maps show the rail's surface around the first touch point: finite elements, Hertz (with equal scales) and their
     difference, with the outlines of both patches. Cuts pass through the peak of the finite elements. Below the lateral
@@ -89,8 +93,8 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     ----------
     figure
         Figure of the size `case_inches`.
-    load
-        Judged load.
+    record
+        Record of the result.
     placement
         Placement of the load.
     fields
@@ -106,17 +110,17 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
         figure.text(left / width, top / height, text, va="top", **text_style)
 
     cuts_top, cuts_bottom = _BUDGET_HEIGHT + _CUTS_HEIGHT, _BUDGET_HEIGHT + 0.75
-    answer = load.verdict.answer
+    answer, measure = record["verdict"]["answer"], record["verdict"]["measure"]
     box = {"fc": ANSWER_COLOURS[answer], "ec": "0.2", "boxstyle": "round,pad=0.35"}
     write(0.18, height - 0.22, f" Hertz {answer} ", fontsize=15, weight="bold", bbox=box)
     text_left = 0.45 + 0.155 * len(f"Hertz {answer}")
-    write(text_left, height - 0.12, case_words(load.case, placement), fontsize=13)
-    write(text_left, height - 0.42, verdict_reason(load), fontsize=11)
+    write(text_left, height - 0.12, case_words(record["case"]), fontsize=13)
+    write(text_left, height - 0.42, verdict_reason(record), fontsize=11)
     map_width = map_height / _height_to_width(fields) if is_tall else _MAP_WIDTH
     map_spacing = map_width + _SIDES_WIDTH if is_tall else width / 3.0
     for number, kind in enumerate(("finite elements", "Hertz", "Hertz minus finite elements")):
         ax = axes(number * map_spacing + _LEFT_WIDTH, cuts_top + _LABEL_HEIGHT, map_width, map_height)
-        draw_pressure(ax, load, kind, fields)
+        draw_pressure(ax, kind, fields, record["lobes"])
         for place in _junction_places_mm(placement, "rail"):
             # visible on the dark background of a pressure and on the light background of a difference
             ax.axvline(place, color="0.6", ls=":", lw=1.2, label="_rail junction")
@@ -132,11 +136,10 @@ def draw_case(figure: Figure, load: JudgedLoad, placement: Placement, fields: Pr
     )
     draw_rolling_cut(axes(cut_width + _LEFT_WIDTH, cuts_bottom, cut_width - _LEFT_WIDTH - 0.2, 3.0), fields)
     words_top = cuts_top + _LABEL_HEIGHT + map_height if is_tall else cuts_top - 0.4
-    text = _case_text(load, placement, fields)
+    text = _case_text(record, placement, fields)
     write(words_left, words_top, text, family="monospace", fontsize=8.2, linespacing=1.5)
-    judgement = (load.plastic or load).deciding
-    if (budget := judgement.budgets.get(load.verdict.measure)) is not None and budget.total > 0.0:
-        draw_budget(axes(_LEFT_WIDTH, 0.42, width - _LEFT_WIDTH - 0.4, 0.16), load.verdict.measure, budget)
+    if sum((budget := record["uncertainty_budget"].get(measure, {})).values()) > 0.0:
+        draw_budget(axes(_LEFT_WIDTH, 0.42, width - _LEFT_WIDTH - 0.4, 0.16), measure, budget)
 
 
 def _height_to_width(fields: PressureFields) -> float:
@@ -262,39 +265,40 @@ def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
     return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 
 
-def _case_text(load: JudgedLoad, placement: Placement, fields: PressureFields) -> str:
+def _case_text(record: TableRecord, placement: Placement, fields: PressureFields) -> str:
     """Text with all measures, deviations, uncertainties, limits and lobes of a load.
 
     It is a table in monospace columns, with the key of the line styles and the status below. At a junction the numbers
     are by the curvature of the field side. With a yield stress they are of the bodies that yield.
     """
-    comparison, first, judgement = load.comparison, placement.first, [*load.sides.values()][-1]
-    judgement = judgement if load.plastic is None else load.plastic.deciding
+    requested, first = requested_record(record), record["contact_points"][0]
+    has_yield, limits, fe = record["plastic"] is not None, record["verdict"]["limits"], requested["fe"]
+    # the ellipse in the picture, and the numbers, belong to one side
+    hertz = deciding_hertz(requested) if has_yield else record["theories"][HERTZ]
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
-    fe, hertz, limits = reference_measures(load).as_dict(), judgement.measures.as_dict(), load.case.criteria.limits
-    for name, answer in judgement.verdict.each.items():
+    for name, answer in hertz["verdict"]["each"].items():
         words = MEASURE_WORDS[name]
-        head = f"{words.short} {words.unit}" if name in fe else words.short
-        values = (f"{measures[name]:.4g}" if name in measures else "" for measures in (fe, hertz))
+        head = f"{words.short} {words.unit}" if name in MEASURES else words.short
+        values = (f"{measures[name]:.4g}" if name in MEASURES else "" for measures in (fe, hertz))
         deviation, uncertainty = (
-            words.deviation_text(judgement.deviation[name]),
-            words.deviation_text(judgement.uncertainty[name], size=True).split()[0],
+            words.deviation_text(hertz["deviation"][name]),
+            words.deviation_text(hertz["uncertainty"][name], size=True).split()[0],
         )
         limit = words.limit_text(limits[name]) if name in limits else ""
         sizes = " ".join(f"{value:>6}" for value in values)
         lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
-    if first.at_junction:
-        # the ellipse in the picture, and the numbers, belong to one side
-        lines.append("Hertz with the curvature of the field side")
+    if first["at_junction"]:
+        side = record["verdict"]["side"] if has_yield else "field"
+        lines.append(f"Hertz with the curvature of the {side} side")
     low, high = fields.limits_mm(across=True)
     dotted = (
         ", dotted: rail junction" if any(low < place < high for place in _junction_places_mm(placement, "rail")) else ""
     )
     lines += ["", f"solid: finite elements, dashed: Hertz{dotted}"]
-    lines += [f"contact point (+): rail y {first.rail_y_mm:+z.2f} mm, {1e3 * first.contact_angle_rad:+z.1f} mrad"]
-    for number, lobe in enumerate(numbered_lobes(load), start=1):
-        lobe_words = f"{lobe.fe['p_max_MPa']:.0f} MPa, {1e-3 * lobe.normal_force_N:.2f} kN"
-        lines.append(f"lobe {number}, centre at rail y {lobe.rail_y_mm:+z.1f} mm: {lobe_words}")
-    lines.append(f"lobes {len(comparison.patch.lobes)}, patches {comparison.patch.patch_count}")
-    lines.append(f"status: {load.status}")
+    lines += [f"contact point (+): rail y {first['rail_y_mm']:+z.2f} mm, {1e3 * first['contact_angle_rad']:+z.1f} mrad"]
+    for number, lobe in enumerate(record["lobes"], start=1):
+        lobe_words = f"{lobe['fe']['p_max_MPa']:.0f} MPa, {1e-3 * lobe['normal_force_N']:.2f} kN"
+        lines.append(f"lobe {number}, centre at rail y {lobe['rail_y_mm']:+z.1f} mm: {lobe_words}")
+    lines.append(f"lobes {len(fe['lobes'])}, patches {fe['patch_count']}")
+    lines.append(f"status: {record['status']}")
     return "\n".join(lines)

@@ -12,6 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import body_words
 from fecontact.outputs.profiles import draw_problems
+from fecontact.outputs.records.results import case_inputs
 from fecontact.outputs.style import SIDE_LABELS, Colour, add_grid, add_legend_beside, blank_figure, save_figure
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.preview import Preview
@@ -123,7 +124,7 @@ def draw_preview(preview: Preview, path: str | Path) -> Path:
     lines = section_lines(preview.placement)
     for ax in (pair_axes, patch_axes):
         draw_section(ax, preview.placement, lines)
-    figure.suptitle(case_words(preview.case, preview.placement), fontsize=13)
+    figure.suptitle(case_words(case_inputs(preview.case, preview.placement)), fontsize=13)
     pair_axes.set(xlabel=f"y in mm\n{SIDE_LABELS}", ylabel="z (up) in mm")
     pair_axes.set_aspect("equal", adjustable="datalim")
     reach = 0.8 * (patch.s_high_mm - patch.s_low_mm)

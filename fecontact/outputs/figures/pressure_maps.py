@@ -14,10 +14,8 @@ from fecontact.contact.patch import build_signed_square
 from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.lobes import LobeJudgement
-from fecontact.outputs.style import (
-    SIDE_LABELS,
-)
+from fecontact.outputs.style import SIDE_LABELS
+from fecontact.outputs.tables import TableRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -112,7 +110,9 @@ class PressureFields:
         return low - margin, high + margin
 
 
-def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields, *, scale: bool = True) -> None:
+def draw_pressure(
+    ax: Axes, kind: str, fields: PressureFields, lobes: Sequence[TableRecord], *, scale: bool = True
+) -> None:
     """Draw a pressure map over the rail's surface into axes.
 
     The map has the outlines of both patches and a cross at the first touch point. The lobes of the finite elements are
@@ -122,12 +122,12 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields,
     ----------
     ax
         Axes to draw into.
-    load
-        Judged load.
     kind
         `finite elements`, `Hertz`, or `Hertz minus finite elements`.
     fields
         Pressure fields of the load.
+    lobes
+        Records of the lobes of the load; empty for a single lobe.
     scale
         Whether a colour scale is drawn beside the map.
     """
@@ -149,7 +149,7 @@ def draw_pressure(ax: Axes, load: JudgedLoad, kind: str, fields: PressureFields,
         levels = largest * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
         ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
     _draw_outlines(ax, fields)
-    _draw_lobes(ax, load)
+    _draw_lobes(ax, lobes)
     for colour, width in (("black", 3.0), ("white", 1.4)):
         ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
     # with a given place matplotlib does not search for a place in each drawing
@@ -209,18 +209,13 @@ def ellipse_outline(hertz: HertzContact) -> tuple[Floats, Floats]:
     return first * s + second * c, first * c - second * s
 
 
-def numbered_lobes(load: JudgedLoad) -> Sequence[LobeJudgement]:
-    """Lobes of a contact; empty if there is a single lobe."""
-    return load.lobes if len(load.lobes) > 1 else ()
-
-
-def _draw_lobes(ax: Axes, load: JudgedLoad) -> None:
+def _draw_lobes(ax: Axes, lobes: Sequence[TableRecord]) -> None:
     """Draw the numbers of the lobes above their centres of pressure.
 
     The horizontal axis is s and the vertical axis is x, in mm; numbers start at 1 and follow the order of the report.
     """
-    for number, lobe in enumerate(numbered_lobes(load), start=1):
-        x, s = lobe.centre_mm
+    for number, lobe in enumerate(lobes, start=1):
+        x, s = lobe["centre_mm"]
         box = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
         # above the centre, since the touch point may be at the centre
         ax.annotate(

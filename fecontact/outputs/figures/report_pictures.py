@@ -12,6 +12,7 @@ from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import LADDER_STEPS
 from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.pair_names import RowMapping
+from fecontact.outputs.records.results import lobe_records
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.style import (
     SERIES_COLOURS,
@@ -118,7 +119,7 @@ def _draw_small(pressure_axes: Axes, cut_axes: Axes, load: JudgedLoad, placement
     for ax in (pressure_axes, cut_axes):
         # a narrow map gets fewer ticks
         ax.locator_params(nbins=_MAX_TICKS)
-    draw_pressure(pressure_axes, load, "finite elements", fields, scale=False)
+    draw_pressure(pressure_axes, "finite elements", fields, lobe_records(load), scale=False)
     draw_lateral_cut(cut_axes, placement, fields, label=True)
     pressure_axes.set(xlabel="", ylabel="x in mm")
     cut_axes.set(title="", xlabel="s across in mm")

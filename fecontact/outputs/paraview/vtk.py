@@ -23,6 +23,7 @@ from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import write_text
 from fecontact.outputs.paraview.contact_surface import contact_surface, ellipse_lines
+from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import case_annotation
 from fecontact.solving.solve import CaseResult
 
@@ -219,7 +220,7 @@ def _add_field_data(mesh: Any, result: CaseResult) -> None:
     }
     for name, value in numbers.items():
         mesh.field_data[name] = np.array([value])
-    for name, text in (("version", __version__), ("annotation", case_annotation(result))):
+    for name, text in (("version", __version__), ("annotation", case_annotation(result_record(result)))):
         mesh.field_data[name] = [_to_ascii(text)]
 
 

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES
+from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.verdict_words import theory_words
 
 
 def judgements_of_other_theories(load: JudgedLoad) -> dict[str, Judgement]:
@@ -51,33 +47,3 @@ def cheapest_columns(column: str, standing: TheoryAnswer) -> Record:
     theory_contact = standing.made if standing.answer == "HOLDS" else None
     status, notes = ("", ()) if theory_contact is None else (theory_contact.status, theory_contact.notes)
     return {column: standing.label, f"{column}_status": status, f"{column}_reason": "; ".join(notes)}
-
-
-def theory_text(row: Mapping[str, Any]) -> str:
-    """Text on the cheapest theory of a row if Hertz does not hold.
-
-    It is empty if Hertz holds in its range, or if no theory holds.
-
-    Parameters
-    ----------
-    row
-        Row of a load.
-
-    Returns
-    -------
-    str
-        Theory, its deviations of peak pressure and area in percent, and its limit utilisation.
-    """
-    name = row.get("cheapest_theory")
-    if name not in THEORIES or (name == HERTZ and row.get("cheapest_theory_status") != "out of range"):
-        return ""
-    deviations_percent = (float(row[f"{name}_deviation_{short}_percent"]) for short in ("p_max", "area"))
-    return (
-        f"cheapest theory that holds: {cheapest_words(row)} (p_max {next(deviations_percent):+z.1f} %,"
-        f" area {next(deviations_percent):+z.1f} %, limit utilisation {float(row[f'{name}_limit_utilisation']):.2f})"
-    )
-
-
-def cheapest_words(row: Mapping[str, Any]) -> str:
-    """Words for the cheapest theory that holds in a row."""
-    return theory_words(*(row.get(f"cheapest_theory{suffix}") for suffix in ("", "_status", "_reason")))

@@ -164,8 +164,7 @@ def load_record(load: JudgedLoad) -> Record:
         **select_attributes(comparison, "pressure_l2 overlap"),
         "geometry": to_plain(load.geometry),
         "slide_mm": load.level.slide_mm,
-        # a single lobe is the complete contact
-        "lobes": [lobe_record(lobe) for lobe in load.lobes] if len(load.lobes) > 1 else [],
+        "lobes": lobe_records(load),
         "plastic": None if load.plastic is None or plastic is None else plastic | _plastic_record(load.plastic),
         **{
             name: telling.record(load.features[name]) if name in load.features else None
@@ -278,6 +277,11 @@ def ellipse_record(hertz: HertzContact) -> Record:
 
 def _ellipse_shape(hertz: HertzContact) -> Record:
     return select_attributes(hertz, "orientation_rad A_per_mm B_per_mm stiffness_GN_per_m15")
+
+
+def lobe_records(load: JudgedLoad) -> list[Record]:
+    """Records of all lobes and separate patches of a load; empty for a single lobe, which is the complete contact."""
+    return [lobe_record(lobe) for lobe in load.lobes] if len(load.lobes) > 1 else []
 
 
 def lobe_record(lobe: LobeJudgement) -> Record:
