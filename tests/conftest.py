@@ -73,7 +73,7 @@ def elliptic_quick(solved) -> CaseResult:
 
 @pytest.fixture(autouse=True)
 def stored_results_have_the_declared_keys(monkeypatch):
-    """Hold every result that a test stores to the schema of `result.json`, and its row to the declared columns."""
+    """Hold every result that a test stores to the declared keys and columns."""
     make_records = CaseRecords.of.__func__
 
     def make_checked_records(kind: type[CaseRecords], result: CaseResult) -> CaseRecords:

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from marks import slow_but
 
 from fecontact import Case, solve
 from fecontact.bodies import STEEL, Material
@@ -466,3 +467,14 @@ def test_a_body_that_has_not_yielded_has_no_strain_and_no_volume():
     body = YieldedBody(yield_MPa=450.0, tangent_MPa=0.0, first_yield_N=1e5)
     assert (body.largest_strain, body.volume_mm3) == (0.0, 0.0)
     assert (body.x_mm, body.y_mm, body.depth_mm, body.top_mm, body.bottom_mm) == (0.0,) * 5
+
+
+@pytest.mark.parametrize("body", slow_but(["rail_material", "wheel_material"], 0))
+def test_a_single_body_may_yield(body):
+    """Both bodies have equal elastic constants, so that either may yield first."""
+    steel = replace(STEEL, yield_MPa=450.0)
+    result = solve(Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine="never", **{body: steel}))
+    assert result.load.status == "converged"
+    plastic = result.load.plastic
+    assert plastic.yielded.first_body == body.removesuffix("_material")
+    assert plastic.has_yielded

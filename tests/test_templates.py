@@ -59,8 +59,8 @@ def test_templates_have_no_default_as_a_live_value(name):
     text = (TEMPLATES / template).read_text("utf-8")
     defaults = {place.key: place.shown_default for place in INPUTS}
     for key, value in re.findall(r"(\w+) = (\"[^\"]*\"|[-\d.e]+)", text):
-        shown = value.strip('"') if value.startswith('"') else f"{float(value):.12g}"
-        assert defaults.get(key) != shown, (key, value)
+        default_text = value.strip('"') if value.startswith('"') else f"{float(value):.12g}"
+        assert defaults.get(key) != default_text, (key, value)
 
 
 def test_a_changed_default_changes_the_templates(tmp_path):

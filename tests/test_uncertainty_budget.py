@@ -139,7 +139,7 @@ def page() -> str:
 
 
 def table_rows(page: str, heading: str) -> list[list[str]]:
-    """Cells of the table whose heading begins with given words."""
+    """Cells of a table, found by the first words of its heading."""
     table = page[page.index(f"| {heading}") :].partition("\n\n")[0]
     return [[cell.strip(" *") for cell in line.split("|")[1:-1]] for line in table.splitlines()[2:]]
 

@@ -77,7 +77,8 @@ def _sum_at_nodes(hexes: Integers, corners: Floats, count: int) -> Floats:
     The values are (m, 8, k), the hexahedra (m, 8). numpy.add.at is slower.
     """
     adjacent = csc_matrix((np.ones(hexes.size), hexes.ravel(), np.arange(hexes.size + 1)), shape=(count, hexes.size))
-    return np.asarray(adjacent @ corners.reshape(hexes.size, -1))
+    # a body without a plastic zone has no hexahedra, so the number of components is given
+    return np.asarray(adjacent @ corners.reshape(hexes.size, corners.shape[-1]))
 
 
 def von_mises(stress: Floats) -> Floats:
