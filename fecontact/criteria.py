@@ -142,13 +142,13 @@ def _creepage(help: str, label: str) -> Any:
 
 @input_dataclass
 class Creep:
-    """Friction and creepages of the wheel on the rail, at the first touch point.
+    """Friction and creepages of the wheel on the rail, at the first contact point.
 
     Without friction all of them are None. Creepages that are not given are computed for a wheelset that runs along the
     track. It turns at `speed_ratio` times the speed that rolls its tape circle. The longitudinal creepage follows from
-    the rolling radius at the touch point, the lateral creepage from the yaw, and the spin from the contact angle.
+    the rolling radius at the contact point, the lateral creepage from the yaw, and the spin from the contact angle.
 
-    These creepages are valid at the touch point, and for its tangent plane over the whole patch. With `curved` the
+    These creepages are valid at the contact point, and for its tangent plane over the whole patch. With `curved` the
     creepages follow the surfaces across the real patch.
 
     Attributes

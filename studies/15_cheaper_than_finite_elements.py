@@ -19,10 +19,10 @@ finite elements, 50 kN at -4, 0.25 and 5 mm, strips and half-space hold in all t
 ANALYN in two, at 5 mm beyond its range; STRIPES, KPEC, springs and the equivalent ellipse in the first, where Hertz
 does, Kik-Piotrowski in none; springs are open at 5 mm.
 
-Springs at all touch points, judged on the half-space in 49 contacts with two touch points (four rails, 20 and 100 kN),
-hold in 6, where the one ellipse fails; in 9 their peak is further off than the one ellipse's. Moved together to the
-common centre of pressure, as one ellipse is, they would misplace 12 to 38 % of the load where they misplace 2 to 8 % as
-they stand: shares that are off by 2 to 6 % move each away from its own patch. To move each to its own patch would
+Springs at all contact points, judged on the half-space in 49 contacts with two contact points (four rails, 20 and 100
+kN), hold in 6, where the one ellipse fails; in 9 their peak is further off than the one ellipse's. Moved together to
+the common centre of pressure, as one ellipse is, they would misplace 12 to 38 % of the load where they misplace 2 to 8
+% as they stand: shares that are off by 2 to 6 % move each away from its own patch. To move each to its own patch would
 change no verdict.
 """
 

@@ -1030,7 +1030,7 @@ def test_an_update_without_a_reason_is_refused(tmp_path, capsys, reason):
     assert not (tmp_path / "b").exists()
 
 
-@pytest.mark.parametrize("status", ["failed: no touch point", "patch at the edge of the fine mesh", None])
+@pytest.mark.parametrize("status", ["failed: no contact point", "patch at the edge of the fine mesh", None])
 def test_an_update_from_unusable_rows_is_refused_unless_allowed(tmp_path, capsys, status):
     study = str(write_study(tmp_path / "study", [case_row(), case_row("two", status=status)]))
     arguments = ["baseline", "update", study, "--reason", "so", "--baselines", str(tmp_path / "b")]

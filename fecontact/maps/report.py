@@ -111,7 +111,7 @@ def _build_cell_parts(cell: MapCell) -> list[Part]:
     place = f"{cell.lateral_shift_mm:+z.2f} mm, {cell.load_N / 1e3:g} kN"
     if not cell.usable or cell.judged is None:
         return [f"{place}: {cell.status}"]
-    # The hint for an open verdict depends on the case.
+    # The hint for an unresolved verdict depends on the case.
     parts = case_parts({**build_cell_record(cell), "case": case_inputs(cell.judged.case)})
     return [
         f"{place}: Hertz {cell.verdict}",
@@ -322,7 +322,7 @@ def _describe_load(load: JudgedLoad) -> list[str]:
 
 
 _ANSWERS_WITHOUT_THEORY = {
-    "UNRESOLVED": "open whether a cheaper theory holds",
+    "UNRESOLVED": "unresolved whether a cheaper theory holds",
     "none": "no theory holds",
     "failed": "could not be solved",
 }

@@ -43,7 +43,7 @@ def preview_record(preview: Preview) -> dict[str, Any]:
 
 
 def junction_records(preview: Preview) -> list[dict[str, Any]]:
-    """Curvature junctions of both profiles, the nearest to the first touch point first.
+    """Curvature junctions of both profiles, the nearest to the first contact point first.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def junction_records(preview: Preview) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Profile, y (mm), and distance (mm) from the first touch point along the profile.
+        Profile, y (mm), and distance (mm) from the first contact point along the profile.
     """
     junctions = [
         {
@@ -77,7 +77,7 @@ def preview_lines(preview: Preview) -> OutputLines:
     Returns
     -------
     iterator of Table and str
-        Touch points, ellipse, expected patch, junctions, elements and effort.
+        Contact points, ellipse, expected patch, junctions, elements and effort.
     """
     yield from pair_geometry_lines(pair_geometry_record(preview.case, preview.placement))
     patch, (dx, ds) = preview.expected, preview.element_size_mm
@@ -107,7 +107,7 @@ def preview_lines(preview: Preview) -> OutputLines:
     yield (
         f"elements {dx:.3g} by {ds:.3g} mm, {preview.elements[0]} by {preview.elements[1]} in the fine zone: about"
         f" {round(preview.degrees_of_freedom, -3)} unknowns, {preview.cpu_seconds:.0f} CPU s and"
-        f" {preview.memory_GB:.1f} GB; more if the verdict is open, up to {preview.case.most_unknowns} unknowns"
+        f" {preview.memory_GB:.1f} GB; more if the verdict is unresolved, up to {preview.case.most_unknowns} unknowns"
     )
     yield from note_lines(preview.placement.notes)
 

@@ -78,7 +78,7 @@ class Preview:
         )
 
     def _repr_html_(self) -> str:
-        """Table of the touch points, for a notebook."""
+        """Table of the contact points, for a notebook."""
         points = {
             f"contact point {number}": {
                 "rail y in mm": f"{contact_point.rail_y_mm:.2f}",
