@@ -86,6 +86,7 @@ if TYPE_CHECKING:
     from fecontact.features.irregular.running import irregular as irregular
     from fecontact.outputs.frames import to_dataframe, to_xarray
     from fecontact.outputs.mesh_dataset import mesh
+    from fecontact.outputs.records.result_schema import result_schema
     from fecontact.outputs.records.results import rows
     from fecontact.placement.irregularity import Irregularity
     from fecontact.profiles.library import profile
@@ -120,6 +121,7 @@ __all__ = [
     "place",
     "plot",
     "profile",
+    "result_schema",
     "rows",
     "run",
     "solve",
@@ -150,6 +152,7 @@ _HOMES = {
     "mesh": "outputs.mesh_dataset.mesh",
     "place": "solving.preview.preview_case",
     "profile": "profiles.library.profile",
+    "result_schema": "outputs.records.result_schema.result_schema",
     "rows": "outputs.records.results.rows",
     "run": "runs.study.run",
     "solve": "solving.solve.solve",

@@ -51,7 +51,7 @@ for group, commands in {
         *(looking.theories, looking.theory, looking.table),
     ),
     _SOLVE: (solving.solve, solving.run, mapping.map_),
-    _AFTER: (results.judge, results.compare, results.view, looking.mesh),
+    _AFTER: (results.judge, results.compare, results.view, looking.mesh, looking.keys),
     _DEVELOPMENT: (solving.validate,),
 }.items():
     for sort_key, command in enumerate((*commands, *feature_registry.load_commands(group.name))):

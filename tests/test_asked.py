@@ -6,7 +6,7 @@ The verdict against bodies that yield comes first, and the verdict against elast
 import io
 import json
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -284,6 +284,7 @@ class Elastic:
     moves: str = ""
     uncertainty: str = ""
     verdict: str = ""
+    budgets: dict = field(default_factory=dict)
 
 
 def test_a_step_that_is_unsure_counts_by_what_hertz_has_of_the_contact_that_yields(monkeypatch):

@@ -201,7 +201,7 @@ def test_the_command_needs_neither_gmsh_nor_finite_elements():
         (["--shifts", "a"], "neither a number nor a range"),
         (
             ["--gauge-mm", "1400", "--shifts", "0"],
-            "it can on a gauge 20 to 80 mm wider, or with",
+            "it fits on a gauge 20 to 80 mm wider, or with",
         ),
         (["--rail", "circle:300", "--wheel", "nowhere"], "nowhere"),
         (["--opposite", "rolling-radius-mm=-1"], "opposite rolling radius is -1.0 mm"),

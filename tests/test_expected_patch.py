@@ -113,8 +113,8 @@ def test_a_lobe_too_thin_to_be_followed(monkeypatch):
     monkeypatch.setattr(expected_patch, "MOST_NODES", 2_000)
     said = refused_within_seconds(THIN_LOBES[0], ConvergenceError)
     assert re.search(
-        r"a lobe of the contact is 0\.\d+ mm from its peak to a valley, in a patch 16.8 mm wide: nodes that follow"
-        r" it would be \d+ by \d+, and at most 2000 are solved, which \d\.\d+ mm or more need; give",
+        r"a lobe of the pressure is 0\.\d+ mm long from its peak to a valley, in a patch 16.8 mm wide: it needs"
+        r" \d+ by \d+ nodes; allowed: at most 2000 nodes, or lobes of at least \d\.\d+ mm; change",
         said,
     )
 
@@ -333,7 +333,7 @@ def test_a_patch_far_longer_than_the_bodies_is_refused_before_it_is_known_well(m
     monkeypatch.setattr(
         "fecontact.solving.position.expect_on_half_space", lambda case, placement: grids.append(case.load_N) or 1 / 0
     )
-    with pytest.raises(InputError, match=r"half length of 60 mm must reach .* contact zone \(about 7[78] mm\)"):
+    with pytest.raises(InputError, match=r"half length is 60 mm; allowed: .* contact zone \(about 7[78] mm\)"):
         expect_position(Case(load_N=1e8))
     # a patch of 42 mm is solved in bodies of 60 mm
     with pytest.raises(ZeroDivisionError):

@@ -12,8 +12,8 @@ import pytest
 
 from fecontact.case import Case
 from fecontact.contact.grid import Field
-from fecontact.judging.gap_faults import GAP_CURVATURE_LIMIT, GAP_DISTANCE_LIMIT_MM, describe_gap_faults
 from fecontact.judging.judge import judge_load
+from fecontact.judging.solution_faults import GAP_CURVATURE_LIMIT, GAP_DISTANCE_LIMIT_MM, describe_solution_faults
 from fecontact.judging.solved_load import REFERENCES_STATUS
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.placement.irregularity import parse_irregularity
@@ -134,7 +134,7 @@ def test_curvatures_see_a_gap_that_the_meshes_share(monkeypatch):
     ("change", "says"),
     [
         pytest.param(larger, "differ by 5.00% from the curvatures of the profiles", id="gap 5 % larger"),
-        pytest.param(wider_open_beside, "from the distance of the meshes' surfaces", id="1 micrometre more at 5 mm"),
+        pytest.param(wider_open_beside, "from the distance of the mesh surfaces", id="1 micrometre more at 5 mm"),
     ],
 )
 def test_a_load_with_a_wrong_gap_has_no_verdict(monkeypatch, change, says):
@@ -168,7 +168,7 @@ def test_a_load_with_a_right_gap_says_nothing_of_it(elliptic_quick):
     solution = elliptic_quick.load.solved
     assert solution.gap_curvature_error < 0.1 * GAP_CURVATURE_LIMIT
     assert all(level.gap_distance_error_mm < 0.1 * GAP_DISTANCE_LIMIT_MM for level in solution.levels)
-    assert describe_gap_faults(solution) == ()
+    assert describe_solution_faults(solution) == ()
 
 
 def test_results_without_checks_of_the_gap_are_read(elliptic_quick):
@@ -185,5 +185,5 @@ def test_results_without_checks_of_the_gap_are_read(elliptic_quick):
         None,
         None,
     )
-    assert describe_gap_faults(restored) == ()
+    assert describe_solution_faults(restored) == ()
     assert judge_load(restored, elliptic_quick.placement).status == "converged"

@@ -150,7 +150,7 @@ def test_no_class_name_has_two_meanings():
         ("data = 1", "generic names"),
         ("def _off(): pass", "loose definitions"),
         ("class Kept: pass", "loose definitions"),
-        ("def variant_count(): pass", "loose definitions"),
+        ("def of_lines(): pass", "loose definitions"),
         ('"""What a rung has."""', "hard sentences"),
         ('def f():\n    """Area of the patch, and that of the ellipse."""', "hard sentences"),
         ('"""' + "word " * 16 + '."""', "long sentences"),

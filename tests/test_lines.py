@@ -63,14 +63,14 @@ def test_it_holds_where_it_holds_on_every_line():
     # the farthest line is 4.8 % off: symmetric bounds about 1 % would reach 4.8 % and leave nothing for the meshes
     verdict, stated = judge_variants(0.01, 0.001, 1.0, 1.0376, 0.98)
     assert verdict.answer == "HOLDS"
-    assert set(verdict.lines.values()) == {"HOLDS"}
+    assert set(verdict.variant_answers.values()) == {"HOLDS"}
     assert stated["p_max_MPa"] == pytest.approx(0.001 + 1.01 * 0.0376)
 
 
 def test_one_line_of_twenty_is_left_out_and_one_of_twelve_is_not():
     assert judge_variants(0.02, 0.001, *[1.0] * 19, 1.1)[0].answer == "HOLDS"
     verdict = judge_variants(0.02, 0.001, *[1.0] * 11, 1.1)[0]
-    assert (verdict.answer, [*verdict.lines.values()].count("HOLDS")) == ("UNRESOLVED", 11)
+    assert (verdict.answer, [*verdict.variant_answers.values()].count("HOLDS")) == ("UNRESOLVED", 11)
     assert judge_variants(0.12, 0.001, *[1.0] * 19, 0.9)[0].answer == "FAILS"
 
 
@@ -100,7 +100,7 @@ def test_what_hertz_has_no_value_of_moves_by_what_is_added():
     verdict, stated = judge_profile_variants(
         {"valley": 0.05}, {"valley": 0.001}, line_moves, Criteria(judged_by=("valley",))
     )
-    assert (verdict.lines["filter 8 mm"], stated["valley"]) == ("FAILS", pytest.approx(0.061))
+    assert (verdict.variant_answers["filter 8 mm"], stated["valley"]) == ("FAILS", pytest.approx(0.061))
 
 
 def test_a_filter_at_its_end_has_the_noise_of_the_points_too():
@@ -165,7 +165,7 @@ def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     verdict, stated = judge_profile_variants(
         BY_ELEMENTS, dict.fromkeys(BY_ELEMENTS, 1e-4), lines_with(SECOND_PATCH).find_shifts(HERTZ), limits
     )
-    assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "UNRESOLVED", "noise 3": "FAILS"}
+    assert verdict.variant_answers == {"filter 4 mm": "FAILS", "filter 8 mm": "UNRESOLVED", "noise 3": "FAILS"}
     assert verdict.answer == "UNRESOLVED"
     # the line of 8 mm is as far as its own contact is, and is not taken together with noise on other patches
     assert stated["b_mm"] == pytest.approx(1e-4 + (0.908 - 0.0317) + 0.08628, abs=1e-5)
@@ -175,7 +175,7 @@ def test_a_verdict_with_a_second_patch_on_some_lines_is_open():
     verdict, _ = judge_profile_variants(
         exact, dict.fromkeys(exact, 1e-4), lines_with(SECOND_PATCH).find_shifts(HERTZ), limits
     )
-    assert verdict.lines == {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 3": "FAILS"}
+    assert verdict.variant_answers == {"filter 4 mm": "FAILS", "filter 8 mm": "HOLDS", "noise 3": "FAILS"}
 
 
 def test_a_second_patch_on_another_line_alone_fails_there():
@@ -192,7 +192,7 @@ def test_a_second_patch_on_another_line_alone_fails_there():
     verdict, _ = judge_profile_variants(
         by_elements, dict.fromkeys(single_patch, 1e-4), variants.find_shifts(HERTZ), criteria
     )
-    assert verdict.lines == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
+    assert verdict.variant_answers == {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS", "noise 1": "HOLDS"}
 
 
 def test_no_line_gets_a_negative_load_on_a_separate_patch():
@@ -204,7 +204,7 @@ def test_no_line_gets_a_negative_load_on_a_separate_patch():
     verdict, _ = judge_profile_variants(
         {"separate_load": 0.21}, {"separate_load": 1e-4}, line_moves, Criteria(judged_by=("separate",))
     )
-    assert verdict.lines == {"filter 4 mm": "FAILS", "noise 1": "UNRESOLVED"}
+    assert verdict.variant_answers == {"filter 4 mm": "FAILS", "noise 1": "UNRESOLVED"}
 
 
 # --- a load that was solved, with lines that are planted -----------------------------------------------------------
@@ -243,7 +243,7 @@ def test_lines_that_differ_leave_it_open_and_say_on_how_many_it_holds(elliptic_q
     verdict = judgement.verdict
     assert (verdict.answer, verdict.measure, verdict.cause) == ("UNRESOLVED", "p_max_MPa", PROFILE_CAUSE)
     said = "holds on 4 of 6 profile variants (it fails with filters above 6 mm)"
-    assert variant_share_text(verdict.lines) == said
+    assert variant_share_text(verdict.variant_answers) == said
     assert said in verdict_reason(judgement)
     record = json.loads(json.dumps(load_record(judgement)))
     verdict_record = record["verdict"]
@@ -260,7 +260,7 @@ def test_a_line_that_does_not_touch_leaves_the_answer_open(elliptic_quick):
     # nothing failed to converge, but what Hertz is off on one of two lines is not known
     assert judgement.status == "converged"
     assert set(judgement.verdict.each.values()) == {"UNRESOLVED"}
-    assert judgement.verdict.lines == {REFERENCE_LABEL: "HOLDS", "noise 0": "UNRESOLVED"}
+    assert judgement.verdict.variant_answers == {REFERENCE_LABEL: "HOLDS", "noise 0": "UNRESOLVED"}
     assert judgement.verdict.cause == PROFILE_CAUSE
     # the others say how far it is off
     assert judgement.uncertainty == pytest.approx(elliptic_quick.load.uncertainty, rel=1e-12)
@@ -372,7 +372,7 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
     lines = judge_case_variants(case, place_case(case, rail=worn(0.01, 0.2)))
     solved_deviations, line_moves = lines.own.deviations[HERTZ], lines.find_shifts(HERTZ)
     verdict, stated = judge_profile_variants(solved_deviations, exact, line_moves, case.criteria)
-    assert (verdict.answer, set(verdict.lines.values())) == ("HOLDS", {"HOLDS"})
+    assert (verdict.answer, set(verdict.variant_answers.values())) == ("HOLDS", {"HOLDS"})
     # the truth is inside what is stated, or nearly: seven lines of a noise are not all
     assert abs(true["p_max_MPa"] - solved_deviations["p_max_MPa"]) < stated["p_max_MPa"] + 0.01
     # the half-space on each line is itself

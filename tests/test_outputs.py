@@ -65,6 +65,7 @@ from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.study_report import parts_of_rows
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import print_parts
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
 from fecontact.placement.irregularity import Irregularity
 from fecontact.profiles.library import load_library_profile
@@ -238,7 +239,8 @@ def test_a_result_record_is_plain_and_has_the_inputs(record, elliptic_quick):
     assert record["solver"]["elements_per_semi_axis"] == pytest.approx([4.25, 4.25 / 1.5])
     assert record["solver"]["elements_per_semi_axis_of_narrowest_lobe"] == record["solver"]["elements_per_semi_axis"]
     # a single ellipse carries the load: theories with several ellipses do not apply
-    assert list(record["theories"]) == [name for name in THEORIES if name not in ("hertz_gauge", "multi_hertz")]
+    assert list(record["theories"]) == list(THEORIES)
+    assert {name for name, theory in record["theories"].items() if theory is None} == {"hertz_gauge", "multi_hertz"}
     # the uncertainty of the approach cannot be found with meshes
     measures = [name for name in (*MEASURES, *MISFITS) if name != "approach_mm"]
     assert list(record["theories"]["hertz"]["uncertainty"]) == measures
@@ -962,7 +964,7 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
         record["theories"][HERTZ]["stiffness_GN_per_m15"], rel=1e-5
     )
     # each theory has its name in both texts
-    for theory in record["theories"]:
+    for theory in judged_theories(record):
         assert [line for line in lines if THEORIES[theory].words in line], theory
 
 
@@ -1011,7 +1013,7 @@ def test_the_worse_side_of_a_junction_is_shown_and_both_at_length(record):
     gauge = json.loads(format_json(changed["theories"][HERTZ]))
     gauge["verdict"] |= {"answer": "FAILS", "measure": "area_mm2", "failing": ["area_mm2"]}
     gauge["verdict"]["each"]["area_mm2"], gauge["deviation"]["area_mm2"] = "FAILS", -0.5
-    changed["theories"] = {HERTZ_GAUGE: gauge} | changed["theories"]
+    changed["theories"][HERTZ_GAUGE] = gauge
     changed["verdict"] |= gauge["verdict"] | {"side": "gauge", "cause": "some cause"}
     lines = print_case(changed, long=False)
     assert lines[0].startswith("Hertz FAILS; furthest beyond its limit: area -50.00 %")
@@ -1321,7 +1323,8 @@ def test_lobes_are_numbered_where_they_are_and_no_patch_leaves_a_third_empty(ell
     # a wide patch has flat maps and a flat picture
     heights = [case_inches(PressureFields.of(change_hertz(elliptic_quick, b_mm=b).load))[1] for b in (3.0, 11.0, 40.0)]
     assert heights == sorted(heights, reverse=True)
-    assert heights[-1] < 7.5
+    # of it 0.9 inches are the contributions to the uncertainty
+    assert heights[-1] < 8.4
 
 
 def luminance(colour: str) -> float:

@@ -67,7 +67,7 @@ def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(s
     assert call(["view", str(folder)]) == 0
     assert head_constants(folder / "view.py")["FILES"] == ["case.vtm"]
     assert "paraview --script=" in capsys.readouterr().out
-    with pytest.raises(InputError, match="a map keeps no meshes"):
+    with pytest.raises(InputError, match="a map stores no meshes"):
         write_view(tmp_path)
     assert call(["view", str(tmp_path)]) == 2
     # cases without a series: the message names the folder to give

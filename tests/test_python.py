@@ -53,6 +53,8 @@ def test_the_door_has_what_the_commands_do_and_all_parts_of_a_case():
         "view",
         "validate",
         "baseline",
+        # result_schema
+        "keys",
         # run_fleet, check_fleet, open_fleet
         "fleet",
     }

@@ -795,8 +795,11 @@ def test_json_is_printed_and_older_options_name_what_stands_for_them(tmp_path, c
     assert call(["compare", same, same, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["same"] is True
     for older, newer in (
-        (["--html", "a.html"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
-        (["--png", "a.png"], "compare --out FOLDER writes comparison.json, comparison.html and comparison.png"),
+        (
+            ["--html", "a.html"],
+            "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png",
+        ),
+        (["--png", "a.png"], "compare --out FOLDER, which writes comparison.json, comparison.html and comparison.png"),
         (["--json", "a.json"], "--json is a flag without a value; to write a file: --json > a.json"),
         (["--json=a.json"], "--json is a flag without a value; leave out a.json"),
     ):

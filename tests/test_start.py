@@ -560,7 +560,7 @@ def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, sourc
     assert completed.stdout.splitlines()[0] == "once"
     assert completed.stdout.count("once") == 1
     assert "died" not in completed.stdout
-    assert "failed: the opposite side is" in completed.stdout
+    assert "failed: the opposite side has" in completed.stdout
     assert completed.stderr == ""
 
 

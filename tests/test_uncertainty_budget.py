@@ -8,7 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fecontact.judging.measures import MEASURES, UNCERTAINTIES
+from fecontact.case import Case
+from fecontact.guide.pages import read_page
+from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_measures
 from fecontact.judging.uncertainty import (
     SolutionQuality,
     estimate_budget,
@@ -22,6 +24,7 @@ from fecontact.outputs.figures.budget import draw_budget, group_contributions
 from fecontact.outputs.records.results import load_row, result_record
 from fecontact.outputs.style import blank_figure
 from fecontact.outputs.words import CONTRIBUTION_WORDS
+from fecontact.solving.solve import solve
 
 MEASURED = tuple(name for name, declared in UNCERTAINTIES.items() if declared.reading is not None)
 small = st.floats(0.0, 0.05)
@@ -45,8 +48,8 @@ small = st.floats(0.0, 0.05)
 )
 def test_contributions_add_up(name, change, fit, quality):
     """Sum of all contributions, computed a second time from the declared values."""
-    values, other = (2.0, 2.0 * (1.0 + change)), 2.0 * (1.0 + fit)
-    budget = estimate_budget(name, values, quality, otherwise=other)
+    values, other_fit_value = (2.0, 2.0 * (1.0 + change)), 2.0 * (1.0 + fit)
+    budget = estimate_budget(name, values, quality, otherwise=other_fit_value)
     declared, size = UNCERTAINTIES[name], 2.0 if name in MEASURES else 1.0
     cut_planes = declared.cut_planes
     if quality.shared:
@@ -68,8 +71,8 @@ def test_contributions_add_up(name, change, fit, quality):
         + quality.residual
     )
     assert budget.total == pytest.approx(expected, rel=1e-12)
-    assert estimate_uncertainty(name, values, quality, otherwise=other) == budget.total
-    step = estimate_step_budget(name, values, quality, otherwise=other)
+    assert estimate_uncertainty(name, values, quality, otherwise=other_fit_value) == budget.total
+    step = estimate_step_budget(name, values, quality, otherwise=other_fit_value)
     left_out = budget.reading + budget.more_nodes + budget.turned_force
     assert step.total == pytest.approx(budget.total - left_out, rel=1e-9, abs=1e-15)
 
@@ -107,9 +110,9 @@ def test_every_stated_uncertainty_has_its_contributions(elliptic_quick):
         "sum",
     ]  # fmt: skip
     for column, name in enumerate(record["verdict"]["each"], start=1):
-        shown = [float(row.cells[column] or 0.0) for row in table.rows]
+        cells = [float(row.cells[column] or 0.0) for row in table.rows]
         digits = 3 if name != "centre_over_b" else 4
-        assert shown[-1] == pytest.approx(sum(shown[:-1]), abs=0.5 * len(shown) * 10.0**-digits)
+        assert cells[-1] == pytest.approx(sum(cells[:-1]), abs=0.5 * len(cells) * 10.0**-digits)
     assert not [
         column for column in load_row(load, elliptic_quick.placement) if column.startswith("uncertainty_budget")
     ]
@@ -126,3 +129,49 @@ def test_the_bar_is_as_long_as_the_uncertainty(elliptic_quick):
     ends = [bar.get_x() + bar.get_width() for bar in ax.patches]
     np.testing.assert_allclose(ends, np.cumsum([*groups.values()]), rtol=1e-12)
     assert ax.get_xlim() == (0.0, pytest.approx(budget.total, rel=1e-12))
+
+
+@pytest.fixture(scope="module")
+def page() -> str:
+    """Page of the guide on the contributions."""
+    return read_page("uncertainty")
+
+
+def table_rows(page: str, heading: str) -> list[list[str]]:
+    """Cells of the table whose heading begins with given words."""
+    table = page[page.index(f"| {heading}") :].partition("\n\n")[0]
+    return [[cell.strip(" *") for cell in line.split("|")[1:-1]] for line in table.splitlines()[2:]]
+
+
+def test_the_page_names_every_contribution_of_its_table(page):
+    rows = table_rows(page, "contribution")
+    assert {name for name, *_ in rows} <= {*CONTRIBUTION_WORDS.values(), "sum"}
+    for column in (1, 2):
+        *parts, total = (float(row[column] or 0.0) for row in rows)
+        assert total == pytest.approx(sum(parts), abs=0.0005 * len(parts))
+
+
+@pytest.mark.slow
+def test_the_page_has_the_numbers_of_its_position(page):
+    levels = {}
+    for resolution in ("quick", "standard", "fine"):
+        load = solve(Case(lateral_shift_mm=3.0, resolution=resolution, refine="never")).load
+        budgets = load.deciding.budgets
+        for level in load.solved.levels:
+            measures = read_measures(level.fe)
+            elements = round(measures.a_mm / level.nodal.grid.steps_mm[0], 1)
+            levels.setdefault(elements, (measures.p_max_MPa, measures.area_mm2))
+        rows = {row[0]: row[1:] for row in table_rows(page, "elements per semi-axis")}
+        (name,) = (name for name in rows if resolution in name)
+        assert float(rows[name][2]) == pytest.approx(100.0 * budgets["area_mm2"].total, abs=0.001)
+        if resolution == "quick":
+            for row in table_rows(page, "contribution")[:-1]:
+                key = next(key for key, words in CONTRIBUTION_WORDS.items() if words == row[0])
+                for cell, measure in zip(row[1:], ("p_max_MPa", "area_mm2"), strict=True):
+                    assert float(cell or 0.0) == pytest.approx(100.0 * getattr(budgets[measure], key), abs=0.0006)
+    for name, (peak, area, _) in rows.items():
+        nearest = min(levels, key=lambda elements: abs(elements - float(name.split()[0])))
+        assert abs(nearest - float(name.split()[0])) < 0.15
+        # the last digits depend on the machine
+        assert float(peak) == pytest.approx(levels[nearest][0], abs=0.1)
+        assert float(area) == pytest.approx(levels[nearest][1], abs=0.02)

@@ -46,6 +46,7 @@ WORKS = (
     "hertz --shift 3",
     "geometry --shifts 0:2:1 --out geometry.csv",
     "theories",
+    "keys",
     *(f"theory {name} {PAIR}" for name in (*THEORIES, "strip", "half_space")),
     "table --shifts 3 --loads-kn 100 --out table.csv",
     f"table {PAIR} --shifts 0 --loads-kn 100 --map solved/map",

@@ -135,6 +135,27 @@ def theories(*, json: bool = False) -> int:
     return 0
 
 
+def keys(*, json: bool = False) -> int:
+    """List the keys of result.json and the columns of study.csv: the data dictionary.
+
+    Parameters
+    ----------
+    json
+        Print the JSON schema of result.json instead.
+    """
+    from fecontact.files import format_json
+    from fecontact.guide.pages import remove_links
+    from fecontact.outputs.records.data_dictionary import dictionary_page
+    from fecontact.outputs.records.result_schema import result_schema
+    from fecontact.outputs.terminal import print_page
+
+    if json:
+        print(format_json(result_schema()))
+    else:
+        print_page(dictionary_page(), remove_links)
+    return 0
+
+
 @add_case_options(*POSITION_GROUPS, "irregular")
 def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
     """Evaluate a theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).

@@ -47,13 +47,11 @@ def map_(
     ----------
     out
         Folder for map.csv, contacts.csv (cheapest theory that holds, with its patches), stiffness.csv, map.json,
-        map.png, map_theory.png (cheapest theory of the pressure that holds) and, with friction, map_force.png (where
-        Hertz holds for creep forces). Finished shifts are kept in positions/: the same command resumes, and you can add
-        shifts. A folder of a different map is refused.
+        map.png, map_theory.png and, with friction, map_force.png. The same command resumes an interrupted map, and you
+        can add shifts. A folder of a different map is refused.
     measure
         Content of the printed map: pressure (where Hertz's pressure holds), with --friction force (where Hertz's creep
-        force holds), or theory (the cheapest theory that holds, with friction also the cheapest law of creep forces:
-        map_law.csv, map_law.png).
+        force holds), or theory (cheapest theory that holds, with friction also the cheapest law of creep forces).
     theory
         Theory of the pressure for the printed map, also drawn as map_NAME.png; `fecontact theories` lists all names.
     json

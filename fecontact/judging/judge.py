@@ -12,13 +12,13 @@ from fecontact.errors import CONVERGED
 from fecontact.feature_registry import load_offers
 from fecontact.judging.causes import find_cause, measure_patch_geometry
 from fecontact.judging.comparison import compare
-from fecontact.judging.gap_faults import describe_gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
 from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_values
 from fecontact.judging.notes import iterate_warnings
 from fecontact.judging.reference_check import REFERENCE_LIMIT, compute_reference_error
+from fecontact.judging.solution_faults import describe_solution_faults
 from fecontact.judging.solved_load import (
     CONTRADICTION_STATUS,
     ELEMENTS_STATUS,
@@ -142,7 +142,7 @@ def _status(solved_load: SolvedLoad, ladder: Ladder, placement: Placement, answe
     """
     if not solved_load.usable:
         return solved_load.status
-    if describe_gap_faults(solved_load) or not compute_reference_error(ladder, placement) <= REFERENCE_LIMIT:
+    if describe_solution_faults(solved_load) or not compute_reference_error(ladder, placement) <= REFERENCE_LIMIT:
         return REFERENCES_STATUS
     return CONTRADICTION_STATUS if {"HOLDS", "FAILS"} <= answers else solved_load.status
 

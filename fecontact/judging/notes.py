@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from fecontact.contact.elements import UNCHECKED_COMPLIANCE_ERROR
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.comparison import Comparison
-from fecontact.judging.gap_faults import describe_gap_faults
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.patch_loads import PATCH_LOADS_LIMIT
+from fecontact.judging.solution_faults import describe_solution_faults
 from fecontact.judging.solved_load import compare_patch_loads
 from fecontact.judging.uncertainty import estimate_turned_force_uncertainty
 from fecontact.judging.verdict import describe_plasticity
@@ -46,7 +46,7 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
         )
         yield f"the curvature is undefined at the contact point: {'; '.join(descriptions)}"
     yield from load.solved.limits
-    yield from describe_gap_faults(load.solved)
+    yield from describe_solution_faults(load.solved)
     for loads in compare_patch_loads(load.solved.levels):
         if loads.difference > PATCH_LOADS_LIMIT:
             yield (

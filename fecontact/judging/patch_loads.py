@@ -9,21 +9,24 @@ from itertools import pairwise
 from fecontact.arrays import find_runs
 from fecontact.contact.grid import Rung
 
-PATCH_LOADS_LIMIT = 1.0
+PATCH_LOADS_LIMIT = 1.5
 """Largest `PatchLoads.difference` of two contacts between equal bodies.
 
-31 contacts of two or three patches were measured (library pairs at `quick`, 4 to 19 elements per semi-axis, 23 to 159
-kN). Healthy elements have at most 0.52, and half of them at most 0.22. In 25 of the contacts the contribution of the
-finite bodies was falsified. With the wrong sign, the difference is 1.1 to 6.9 wherever a measure on the finer nodes
-changes by more than its stated uncertainty. Without the contribution it is 0.5 to 4.1 there, and with a doubled
-contribution 0.3 to 3.1. Where patches nearly join, their loads depend on the element size, and the check is less
-sensitive.
+102 random contacts of two or three patches were measured at `quick` (eight rails with S1002 and wheels of EN 15302, 4.5
+to 6.5 mm, 6 to 130 kN, and measured pairs). Healthy elements have at most 1.19, where a patch has 4 % of the load
+(UIC60 with S1002, 1:40, 4.73 mm, 14.6 kN). The second largest difference is 0.79, 95 % have at most 0.73, and half of
+them at most 0.27. In 25 other contacts the contribution of the finite bodies was falsified. With the wrong sign, the
+difference is 1.1 to 6.9 wherever a measure on the finer nodes changes by more than its stated uncertainty. Without the
+contribution it is 0.5 to 4.1 there, and with a doubled contribution 0.3 to 3.1. Where patches nearly join, their loads
+depend on the element size, and the check is less sensitive. A contribution that is changed between the elements and the
+finer nodes also changes the gap (`solution_faults.GAP_DISTANCE_LIMIT_MM`).
 """
 ELEMENT_LOAD_ERROR = 0.002
 """Error of the load fraction of a patch on the elements' nodes that the change between meshes does not show.
 
-In these contacts the load fraction of healthy elements differs by up to 0.0026 from the load fraction of the finer
-nodes. The last change between their meshes is 0.0 to 0.002.
+In 31 other contacts (4 to 19 elements per semi-axis, 23 to 159 kN) the load fraction of healthy elements differs by up
+to 0.0026 from the load fraction of the finer nodes. The last change between their meshes is 0.0 to 0.002. In half of
+the 102 contacts above the difference is at most 0.0014.
 """
 
 

@@ -63,8 +63,8 @@ _CENTRES_LIMIT, _CENTRE = 1.0, "centre_over_b"
 ELEMENTS_STATUS: Status = "elements too soft or too stiff"
 """Status of a load with elements that do not behave as the material of the bodies, or have a poor shape."""
 REFERENCES_STATUS: Status = "references disagree"
-"""Status of a load with an error in Hertz, the half-space or the gap (`reference_check.compute_reference_error`,
-`gap_faults`).
+"""Status of a load with an error in Hertz, the half-space, the gap or a load (`solution_faults`,
+`reference_check.compute_reference_error`).
 """
 CONTRADICTION_STATUS: Status = "verdicts contradict"
 """Status of a load with contrary verdicts on the elements' nodes and on the finer nodes."""
@@ -106,6 +106,9 @@ class Level:
     gap_distance_error_mm
         Largest difference between the gap on the nodes of `fe` and the distance of the meshes' surfaces; None if it was
         not measured.
+    correction_error
+        Fraction of the elements' softness that is left in the contact on the finer nodes (-); None if it was not
+        measured.
     """
 
     nodal: Rung
@@ -123,6 +126,7 @@ class Level:
     turned_force: float = 0.0
     yielded: PlasticResult | None = None
     gap_distance_error_mm: float | None = None
+    correction_error: float | None = None
 
     @property
     def rungs(self) -> dict[str, Rung]:
@@ -175,6 +179,9 @@ class SolvedLoad:
     gap_curvature_error
         Error of the second differences of the gap on the nodes of `half_space` at the contact point, relative to the
         largest curvature; None if it was not measured.
+    load_error
+        Largest difference between the loads of the contacts and the load of the case, relative to the load of the case;
+        None if it was not measured.
     """
 
     case: Case
@@ -186,6 +193,7 @@ class SolvedLoad:
     limits: tuple[str, ...] = ()
     short_of_memory: bool = False
     gap_curvature_error: float | None = None
+    load_error: float | None = None
 
     @property
     def rungs(self) -> tuple[tuple[str, Rung], ...]:
@@ -222,7 +230,7 @@ class SolvedLoad:
 def has_faulty_elements(levels: Sequence[Level]) -> bool:
     """Whether the elements of the finest meshes behave differently from their material.
 
-    There are two checks. The compliance far from a pressure must be within its limit. The contact on the elements'
+    There are three checks. The compliance far from a pressure must be within its limit. The contact on the elements'
     nodes must agree with the contact on the finer nodes within the uncertainty of the meshes; of 24 contacts with
     healthy elements the difference is at most half of that. Each of several separate patches must have equal load
     fractions in both contacts.
@@ -481,7 +489,7 @@ def estimate_budgets(
 
 
 def scale_to_deviation(measure: str, budget: UncertaintyBudget, deviation: float) -> UncertaintyBudget:
-    """Contributions to the uncertainty of a deviation, from those of the measure of the finite elements.
+    """Contributions to the uncertainty of a deviation, from contributions to the uncertainty of the measure.
 
     Parameters
     ----------

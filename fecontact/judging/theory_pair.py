@@ -32,7 +32,7 @@ class TheoryPair:
 
     @property
     def distance_mm(self) -> float:
-        """Lateral distance from the theory's centre of pressure to the reference's centre of pressure, in mm."""
+        """Lateral distance from the theory's centre of pressure to the reference's centre in mm."""
         return self.reference.centre_mm[1] - self.theory.centre_mm[1]
 
     @property

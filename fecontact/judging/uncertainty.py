@@ -204,7 +204,7 @@ def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool
 def estimate_step_budget(
     measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
 ) -> UncertaintyBudget:
-    """Contributions to the uncertainty of the step of a measure from the half-space to the bodies.
+    """Contributions to the uncertainty of the step from the half-space to the bodies.
 
     Both rungs have equal nodes. The contributions are therefore those of `estimate_budget`, without reading.
 

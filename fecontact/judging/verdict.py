@@ -53,18 +53,18 @@ class Verdict:
         Reason for a deviation beyond its limit, or `PROFILE_CAUSE`, or `ELEMENTS_CAUSE`; None without a reason.
     unknown
         Names of the judged measures without a deviation or without an uncertainty.
-    lines
+    variant_answers
         Answer on each profile variant, by its label; empty for an exact profile.
     """
 
-    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown", "lines")
+    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown", "variant_answers")
 
     answer: Answer
     measure: str
     each: Mapping[str, Answer]
     cause: str | None = None
     unknown: tuple[str, ...] = ()
-    lines: Mapping[str, Answer] = field(default_factory=dict)
+    variant_answers: Mapping[str, Answer] = field(default_factory=dict)
 
     @property
     def failing(self) -> tuple[str, ...]:
@@ -210,7 +210,7 @@ def judge_profile_variants(
         answer=common_answer,
         measure=max(answers, key=rank_measure),
         each=answers,
-        lines={label: variant_verdict.answer for label, variant_verdict in variant_verdicts.items()},
+        variant_answers={label: variant_verdict.answer for label, variant_verdict in variant_verdicts.items()},
     )
     return verdict, stated_uncertainty
 

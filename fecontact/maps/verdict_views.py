@@ -324,7 +324,7 @@ def _build_verdict_cell(cell: MapCell, theory: str) -> CellView:
     letter = CAUSE_LETTERS[cell.cause] if is_hertz and cell.cause is not None else ""
     printed = measure_letter + deviation_text.rjust(6) + (_OTHER_HOLDS if has_ellipse_theory else " ")
     view = _build_cell_view(cell, answer, _format_number(judgement), letter, printed, diamond=has_ellipse_theory)
-    variant_answers = [*judgement.verdict.lines.values()]
+    variant_answers = [*judgement.verdict.variant_answers.values()]
     if answer != "UNRESOLVED" or len({*variant_answers}) < 2:
         return view
     count = variant_answers.count("HOLDS")

@@ -22,8 +22,8 @@ from fecontact.outputs.hertz_terminal import contact_point_table
 from fecontact.outputs.pair_geometry import pair_geometry_lines
 from fecontact.outputs.parts import Details, Items, Part
 from fecontact.outputs.records.asked import elastic_record, requested_record
-from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.tables import TableRecord
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
     cheapest_text,
@@ -120,13 +120,13 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     """Iterate over all further parts on a case."""
     if "contact_points" in record:
         yield contact_point_table(record)
-    judged = judged_theories(record)
-    for name in (name for name in HERTZ_OF_EACH_SIDE if name in judged):
+    theories = judged_theories(record)
+    for name in (name for name in HERTZ_OF_EACH_SIDE if name in theories):
         side_part = f", with the curvature of the {'gauge' if name == HERTZ_GAUGE else 'field'} side"
         bodies = f"{'elastic ' * _has_plastic_step(record)}finite elements"
-        title = f"Hertz and {bodies}{side_part if HERTZ_GAUGE in judged else ''}"
+        title = f"Hertz and {bodies}{side_part if HERTZ_GAUGE in theories else ''}"
         yield measures_table(record, record["theories"][name], title)
-    for name, theory in judged.items():
+    for name, theory in theories.items():
         if name not in HERTZ_OF_EACH_SIDE:
             yield measures_table(record, theory, THEORIES[name].words, "theory")
     yield budget_table(record)
@@ -135,7 +135,7 @@ def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:
     yield Items(
         [
             f"{THEORIES[name].words} is {theory['status']}: {'; '.join(theory['notes'])}"
-            for name, theory in judged.items()
+            for name, theory in theories.items()
             if theory["notes"]
         ]
     )

@@ -16,7 +16,6 @@ from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.pair_names import VARIED_COLUMN, row_pair_text
 from fecontact.outputs.parts import Picture
 from fecontact.outputs.records.cheapest import cheapest_words
-from fecontact.outputs.records.theory_records import judged_theories
 from fecontact.outputs.tables import (
     Column,
     Table,
@@ -29,6 +28,7 @@ from fecontact.outputs.tables import (
     number_text,
     text_column,
 )
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.verdict_words import deciding_measure_text, theory_words
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
@@ -426,6 +426,7 @@ def ladder_table(record: TableRecord) -> Table:
     columns = make_columns("rung", "p_max\nMPa", "area\nmm²", "approach\nmm", texts=("rung",))
     lines = []
     rungs = {**record["theories"], **record, "fe_plastic": record["plastic"]}
+    rungs["half_space"] = record["half_space"] or record["theories"]["half_space"]
     for name in ("hertz", "half_space_quadratic", "half_space", "elements", "fe", "fe_plastic"):
         if (rung := rungs[name]) is None:
             continue

@@ -116,4 +116,4 @@ def geometry_of_cases(cases: Iterable[Case]) -> Iterator[str]:
         if pair not in shown_pairs and not isinstance(placement := place_or_explain(case), str):
             shown_pairs.add(pair)
             place_text = f"at a shift of {case.lateral_shift_mm:g} mm"
-            yield from (f"{place_text}: {text}" for text in pair_geometry_record(case, placement).values())
+            yield from (f"{place_text}: {text}" for text in pair_geometry_lines(pair_geometry_record(case, placement)))

@@ -152,6 +152,7 @@ class Telling:
         Function from the feature's values of a load to a record.
     keys
         Declarations of the record's keys and of its columns in tables, as TOML (`outputs/records/result_keys.toml`).
+        Without declarations the record has any keys and no columns.
     columns
         Columns of the table of verdicts, which is made of rows.
     parts
@@ -160,8 +161,8 @@ class Telling:
         Function from rows to the parts that are shown below them.
     """
 
-    keys: str
     record: Callable[[Any], Any] = to_plain
+    keys: str = ""
     columns: tuple[Column, ...] = ()
     parts: Callable[[TableRecord], Parts] = lambda record: ()
     of_rows: Callable[[Sequence[TableRecord]], Parts] = lambda rows: ()

@@ -17,7 +17,7 @@ from fecontact.judging.measures import MEASURES, Measures
 from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
-from fecontact.outputs.records.theory_records import judged_theories
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 from fecontact.solving.solve import CaseResult
 
@@ -102,7 +102,7 @@ def _cause_text(cause: str | None) -> str:
 def _reason(verdict: Record, judgement: Record) -> str:
     """Deciding measure of a verdict, with curvature, cause and share of profile variants."""
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
-    variants = f"; it {variant_share_text(verdict['lines'])}" if verdict["lines"] else ""
+    variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
     return f"{_decision_text(judgement, verdict, verdict['limits'])}{side}{_cause_text(verdict['cause'])}{variants}"
 
 
@@ -175,7 +175,7 @@ def peak_range_text(fe: Record) -> str:
     str
         Range in MPa in words, or an empty text.
     """
-    if "p_max_low_MPa" not in fe:
+    if fe["p_max_low_MPa"] is None:
         return ""
     return f"peak pressure {fe['p_max_low_MPa']:.0f} to {fe['p_max_high_MPa']:.0f} MPa over the profile variants"
 
@@ -266,7 +266,7 @@ def cheapest_text(record: Record) -> str:
         possible_theory = next(
             (theory_name for theory_name, verdict in verdicts.items() if verdict["answer"] != "FAILS"), HERTZ
         )
-        lines = verdicts[possible_theory]["lines"]
+        lines = verdicts[possible_theory]["variant_answers"]
         return (
             f"cheapest theory that may hold: {THEORIES[possible_theory].words} {variant_share_text(lines)}"
             if lines

@@ -56,6 +56,11 @@ from fecontact.solving.plastic_contact import (
 from fecontact.solving.position import Clock, Position
 from fecontact.solving.profile_variants import judge_case_variants
 from fecontact.solving.quadratic_gap import solve_quadratic_gap
+from fecontact.solving.solution_checks import (
+    compute_correction_error,
+    compute_load_error,
+    iterate_loaded_rungs,
+)
 from fecontact.solving.true_gap import TrueGap
 
 # --- A pair of meshes of a position: fine zone, both bodies coupled at their surfaces, and the contact between them.
@@ -541,6 +546,9 @@ class CoupledMesh:
             enlarged=self.enlarged,
             at_edge=at_edge,
             gap_distance_error_mm=compute_gap_distance_error_mm(gap, recover_gap(gap, fe, added[0]), bodies),
+            correction_error=compute_correction_error(
+                added[0], nodal.pressure, self._problem.model, self._problem.half_space.compliance
+            ),
         )
 
 
@@ -694,11 +702,12 @@ class Meshes:
                 normal_force_N=levels[0].fe.normal_force_N,
                 contact_modulus_MPa=case.contact_modulus_MPa,
             )
+            half_space, turned_rung = position.expected.half_space, _solve_with_turned_normals(position)
             return SolvedLoad(
                 case=case,
                 levels=tuple(levels),
-                half_space=position.expected.half_space,
-                turned=_solve_with_turned_normals(position),
+                half_space=half_space,
+                turned=turned_rung,
                 quadratic=solve_quadratic_gap(placement.first, hertz, half=case.half, nodes=case.nodes_per_semi_axis),
                 lines=lines,
                 limits=(
@@ -709,7 +718,10 @@ class Meshes:
                 short_of_memory=any(
                     isinstance(error, MemoryShortageError) for error in (*self._not_enlarged, stop_error)
                 ),
-                gap_curvature_error=compute_gap_curvature_error(position.true_gap, position.expected.half_space.grid),
+                gap_curvature_error=compute_gap_curvature_error(position.true_gap, half_space.grid),
+                load_error=compute_load_error(
+                    position.true_gap, case.load_N, iterate_loaded_rungs(half_space, turned_rung, levels)
+                ),
             )
 
     def recover_bodies(self, solved_load: SolvedLoad) -> SolvedBodies:

@@ -25,6 +25,7 @@ import fecontact
 from fecontact.feature_registry import find_public_names
 from fecontact.guide.pages import read_titles
 from fecontact.inputs.slots import list_descriptions
+from fecontact.outputs.records.data_dictionary import dictionary_page
 
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
@@ -40,6 +41,7 @@ def on_config(config: Any) -> Any:
         {"Gallery": "gallery.md"},
         {"Studies": ["studies/README.md", *(f"studies/{path.stem}.md" for path in STUDIES)]},
         {"Python": ["api/README.md", *({name: f"api/{name}.md"} for name in NAMES)]},
+        {"Data dictionary": "data_dictionary.md"},
         {"Project": ["CONTRIBUTING.md", "CHANGELOG.md", "studies/VALIDATION.md"]},
     ]
     return config
@@ -73,6 +75,7 @@ def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
         yield name, (ROOT / name).read_text("utf-8")
+    yield "data_dictionary.md", dictionary_page()
     for topic in read_titles():
         yield f"fecontact/guide/{topic}.md", (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
     yield "studies/README.md", re.sub(r"\((\w+)\.py\)", r"(\1.md)", (ROOT / "studies" / "README.md").read_text("utf-8"))

@@ -1398,7 +1398,7 @@ def test_an_error_of_the_program_is_no_cell(run, tmp_path, monkeypatch):
 
     monkeypatch.setattr(map_positions, "solve_position", wrong)
     shifts = [3.0, 0.0, 1.0]
-    with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.*\(\+1.00 mm\) with KeyError: 'area_mm2'"):
+    with pytest.raises(ProgramError, match=r"1 of 3 jobs ended.* first \+1.00 mm: KeyError: 'area_mm2'"):
         run(tmp_path, shifts, loads=FEW_LOADS, crew=inline_workers(2))
     stored = json.loads((tmp_path / "map.json").read_text("utf-8"))
     assert stored["lateral_shifts_mm"] == [0.0, 3.0]
@@ -1682,7 +1682,7 @@ DAMAGES = [
     (lambda folder: (folder / "fields.npz").write_bytes(b"PK"), "fields.npz is damaged"),
     (lambda folder: (folder / "fields.npz").unlink(), "fields.npz is missing"),
     (lambda folder: (folder / "stored.json").unlink(), "stored.json is missing"),
-    (lambda folder: edited(folder / "stored.json", lambda text: "[]"), "another layout"),
+    (lambda folder: edited(folder / "stored.json", lambda text: "[]"), "does not have the layout"),
     (
         lambda folder: edited(folder / "stored.json", lambda text: text.replace('"fecontact": "', '"fecontact": "x')),
         "another version: fecontact x",
@@ -1811,7 +1811,7 @@ def test_what_was_stored_before_is_found_by_its_names():
     assert set(arrays) == {f"load0_{rung}_{quantity}" for rung in rungs for quantity in parts}
     assert list(record) == [
         *("load_N", "levels", "half_space", "turned", "quadratic", "lines", "limits", "short_of_memory"),
-        "gap_curvature_error",
+        *("gap_curvature_error", "load_error"),
     ]
     assert set(record["lines"]["own"]) == {"label", "p_max_MPa", "deviations", "patches", "lobes"}
     assert "yielded" not in record["levels"][0]

@@ -65,7 +65,7 @@ def group_contributions(budget: UncertaintyBudget) -> dict[str, float]:
     {'cut_planes': 0.003, 'reading': 0.001, 'other': 1e-05}
     """
     total = budget.total
-    contributions = sorted(budget.as_dict().items(), key=lambda contribution: -contribution[1])
+    contributions = sorted(budget.contributions.items(), key=lambda contribution: -contribution[1])
     large = {name: value for name, value in contributions if value >= _SMALL_FRACTION * total and value > 0.0}
     rest = sum(value for name, value in contributions if name not in large)
     return large | ({_OTHER: rest} if rest > 0.0 else {})

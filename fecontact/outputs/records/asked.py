@@ -5,8 +5,8 @@ from __future__ import annotations
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
-from fecontact.outputs.records.theory_records import select_measures
 from fecontact.outputs.tables import TableRecord
+from fecontact.outputs.theory_records import select_measures
 
 
 def requested_record(record: TableRecord) -> TableRecord:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -62,7 +63,7 @@ class KeyDeclaration:
         Unit of a number; `-` for a number without a unit, empty for other values.
     meaning
         Meaning in words.
-    shown
+    places
         Places where the value is shown, joined by commas; empty if it is in the file alone.
     """
 
@@ -70,7 +71,7 @@ class KeyDeclaration:
     type_name: str
     unit: str
     meaning: str
-    shown: str
+    places: str
 
 
 @cache
@@ -79,6 +80,9 @@ def _read_keys() -> dict[str, Any]:
     text = (files("fecontact.outputs.records") / "result_keys.toml").read_text("utf-8")
     declared: dict[str, Any] = tomllib.loads(text)
     for name, telling in load_offers("TELLINGS").items():
+        if not telling.keys:
+            declared["result"][name] = "inputs? | values of the feature; null where it has none"
+            continue
         feature_keys = tomllib.loads(telling.keys)
         declared["result"][name] = feature_keys["result"]
         declared["shapes"] |= feature_keys["shapes"]
@@ -149,7 +153,7 @@ def _members_schema(name: str, member: str) -> dict[str, Any]:
 
 
 def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
-    """Schema of an object with a number for each measure; null if the number is not defined."""
+    """Schema of an object with a number or null for each measure."""
     return {
         "type": "object",
         "properties": {measure: {"type": ["number", "null"]} for measure in measures},
@@ -161,12 +165,14 @@ def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
 def _split(declaration: str) -> tuple[str, str, str]:
     """Type, meaning and places of a declaration."""
     type_name, _, rest = declaration.partition(" | ")
-    meaning, _, shown = rest.partition(" | ")
-    return type_name, meaning, shown
+    meaning, _, places = rest.partition(" | ")
+    return type_name, meaning, places
 
 
 def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
-    """Record with all keys of a shape: keys that the record does not have are None.
+    """Record with all keys of a shape.
+
+    Keys that the given record does not have are None.
 
     Parameters
     ----------
@@ -185,7 +191,8 @@ def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
     ProgramError
         If the record has a key that is not declared.
     """
-    declared = _read_keys()["shapes"][shape]
+    names = _read_keys()["shapes"][shape]
+    declared = [key for name in names for key in (MEASURES if name == "measures" else (name,))]
     if undeclared := [key for key in record if key not in declared]:
         raise ProgramError(f"keys {', '.join(undeclared)} of {shape} are not declared in result_keys.toml")
     return {key: record.get(key) for key in declared}
@@ -200,15 +207,23 @@ def iterate_keys() -> Iterator[KeyDeclaration]:
         Key with unit, meaning and places; `<measure>` stands for each measure.
     """
     declared = _read_keys()
-    yield from _walk(declared["result"], declared["shapes"], "")
+    yield from _walk(declared["result"], declared["shapes"], "", "")
 
 
-def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str) -> Iterator[KeyDeclaration]:
+def _walk(
+    keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], prefix: str, outer_places: str
+) -> Iterator[KeyDeclaration]:
+    """Iterate over the keys of nested objects; places are inherited."""
     for name, declaration in keys.items():
-        type_name, meaning, shown = _split(declaration)
+        type_name, meaning, places = _split(declaration)
+        places = places or outer_places
         if name == "measures":
             yield KeyDeclaration(
-                key=f"{prefix}<measure>", type_name="number", unit="of the name", meaning="measures", shown=shown
+                key=f"{prefix}<measure>",
+                type_name="number",
+                unit="of the name",
+                meaning="value of each measure",
+                places=places,
             )
             continue
         path, inner = f"{prefix}{name}", type_name.removesuffix("?")
@@ -220,15 +235,15 @@ def _walk(keys: Mapping[str, str], shapes: Mapping[str, Mapping[str, str]], pref
         yield KeyDeclaration(
             key=path,
             type_name=type_name,
-            unit=unit_of(name) if inner in number_types else "",
+            unit=find_unit(name) if inner in number_types else "",
             meaning=meaning,
-            shown=shown,
+            places=places,
         )
         if inner in shapes:
-            yield from _walk(shapes[inner], shapes, f"{path}.")
+            yield from _walk(shapes[inner], shapes, f"{path}.", places)
 
 
-def unit_of(key: str) -> str:
+def find_unit(key: str) -> str:
     """Unit of a number by the ending of its key; `-` without a unit.
 
     Parameters
@@ -243,15 +258,14 @@ def unit_of(key: str) -> str:
 
     Examples
     --------
-    >>> from fecontact.outputs.records.result_schema import unit_of
-    >>> unit_of("p_max_MPa"), unit_of("overlap")
+    >>> from fecontact.outputs.records.result_schema import find_unit
+    >>> find_unit("p_max_MPa"), find_unit("overlap")
     ('MPa', '-')
     """
     return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "-")
 
 
-@cache
-def declared_columns(group: str) -> tuple[str, ...]:
+def list_columns(group: str) -> tuple[str, ...]:
     """Declared columns of a row.
 
     Parameters
@@ -267,6 +281,29 @@ def declared_columns(group: str) -> tuple[str, ...]:
     return tuple(dict.fromkeys(column for name in _read_keys()["columns"][group] for column in _expand(name)))
 
 
+def list_column_patterns() -> list[str]:
+    """Declared columns from the record, with placeholders.
+
+    Returns
+    -------
+    list of str
+        Columns of a load, then further columns of a case, in order.
+    """
+    columns = _read_keys()["columns"]
+    return [*columns["of_load"], *columns["of_case"]]
+
+
+def row_column_meanings() -> dict[str, str]:
+    """Meanings of the columns of a row that are not from the record.
+
+    Returns
+    -------
+    dict of str to str
+        Meanings by column.
+    """
+    return dict(_read_keys()["row_columns"])
+
+
 def _expand(column: str) -> Iterator[str]:
     """Columns that a declared column with placeholders stands for."""
     choices = {
@@ -277,6 +314,7 @@ def _expand(column: str) -> Iterator[str]:
         "<theory>": tuple(name for name in THEORIES if name not in HERTZ_OF_EACH_SIDE),
         "<body>": _BODIES,
     }
+    column = re.sub(r"<name=(\w+)>", r"\1", column)
     placeholders = [placeholder for placeholder in choices if placeholder in column]
     for names in product(*(choices[placeholder] for placeholder in placeholders)):
         expanded = column

@@ -33,7 +33,8 @@ from fecontact.outputs.flat_records import Record, flatten, select_attributes, t
 from fecontact.outputs.geometry import contact_point_records
 from fecontact.outputs.pair_geometry import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
-from fecontact.outputs.records.result_schema import complete_record, declared_columns
+from fecontact.outputs.records.result_schema import complete_record, list_columns
+from fecontact.outputs.theory_records import has_measures, judged_theories
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import profile_identity
@@ -141,7 +142,11 @@ def load_record(load: JudgedLoad) -> Record:
         **_verdict_records(load),
         **cheapest_columns("cheapest_theory", find_cheapest_of_load(load)),
         "normal_force_N": load.normal_force_N,
-        **{name: contacts[name] for name in ("half_space_quadratic", "half_space", "elements", "fe")},
+        **{name: contacts[name] for name in ("half_space_quadratic", "elements", "fe")},
+        # the theory reads separate patches of the half-space one at a time, the rung reads them together
+        "half_space": None
+        if has_measures(theories.get("half_space", {}), contacts["half_space"])
+        else contacts["half_space"],
         "theories": {
             name: complete_record("theory", theories[name]) if name in theories else None for name in THEORIES
         },
@@ -154,7 +159,7 @@ def load_record(load: JudgedLoad) -> Record:
         "uncertainty_of_profile": None if load.solved.lines is None else _profile_uncertainty(load.deciding),
         # contributions to the uncertainties of the requested verdict
         "uncertainty_budget": {
-            name: budget.as_dict() for name, budget in (load.plastic or load).deciding.budgets.items()
+            name: budget.contributions for name, budget in (load.plastic or load).deciding.budgets.items()
         },
         **select_attributes(comparison, "pressure_l2 overlap"),
         "geometry": to_plain(load.geometry),
@@ -190,7 +195,7 @@ def _verdict_records(load: JudgedLoad) -> Record:
 
 def _count_variants(verdict: Verdict) -> Record:
     """Numbers of profile variants on which Hertz holds and fails; None for exact profiles."""
-    answers = [*verdict.lines.values()]
+    answers = [*verdict.variant_answers.values()]
     counts = {
         "variants_holding": answers.count("HOLDS"),
         "variants_failing": answers.count("FAILS"),
@@ -483,13 +488,13 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         Flat row. The columns of each theory begin with the name of the theory.
     """
     first, record = placement.first, load_record(load)
-    columns = flatten({**record, "theories": {}, **record["theories"]})
+    columns = flatten({**record, "theories": {}, **judged_theories(record)})
     return {
         "status": load.status,
         **input_columns(load.case, placement),
         "resolution": load.case.resolution if isinstance(load.case.resolution, str) else None,
         "contact_angle_mrad": 1e3 * first.contact_angle_rad,
-        **select_attributes(first, "rail_y_mm wheel_y_mm", "touch_"),
+        **select_attributes(first, "rail_y_mm wheel_y_mm", "contact_"),
         "at_junction": first.at_junction,
         "contact_points": len(placement.contact_points),
         **_select_columns("of_load", columns),
@@ -498,7 +503,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
 
 def _select_columns(group: str, columns: Record) -> Row:
     """Declared columns of a flat record, in the declared order."""
-    return {name: columns[name] for name in declared_columns(group) if name in columns}
+    return {name: columns[name] for name in list_columns(group) if name in columns}
 
 
 def input_columns(case: Case, placement: Placement | None = None) -> Row:

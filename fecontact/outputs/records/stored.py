@@ -40,7 +40,7 @@ _RUNG_NUMBERS = tuple(f.name for f in fields(Rung) if f.name not in ("grid", *_R
 # Fields that have a different name among the arrays.
 _ARRAY_NAMES = {"levels": "level"}
 # Fields of a solved load that earlier versions did not store.
-_FIELDS_ADDED_LATER = ("gap_curvature_error",)
+_FIELDS_ADDED_LATER = ("gap_curvature_error", "load_error")
 
 
 def solved_record(solved_load: SolvedLoad, arrays: Arrays, prefix: str = "") -> Record:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
@@ -28,3 +30,24 @@ def judged_theories(record: TableRecord) -> dict[str, TableRecord]:
 def select_measures(theory: TableRecord) -> Record:
     """Measures in the record of a theory."""
     return {name: theory[name] for name in MEASURES if name in theory}
+
+
+def has_measures(theory: TableRecord, contact: Record) -> bool:
+    """Whether the record of a theory has the measures of a contact, up to rounding.
+
+    Parameters
+    ----------
+    theory
+        Record of a theory.
+    contact
+        Measures of a contact.
+
+    Returns
+    -------
+    bool
+        False if a measure is missing or differs.
+    """
+    theory_measures = select_measures(theory)
+    return contact.keys() == theory_measures.keys() and all(
+        math.isclose(value, theory_measures[name], rel_tol=1e-9) for name, value in contact.items()
+    )
