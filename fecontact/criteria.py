@@ -104,8 +104,8 @@ class Criteria:
         each=True,
     )
     theories_in_range: bool = flag_field(
-        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default they count,"
-        " and are marked as out of range"
+        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default these"
+        " theories count too, and are marked as out of range"
     )
 
     def __post_init__(self) -> None:
@@ -135,8 +135,7 @@ FRICTION = Number(
 """Description of the friction coefficient, for every input of a friction coefficient."""
 
 
-def _creepage(help: str, label: str) -> Any:
-    remedy = "give it relative to the rolling speed: 0.001 is 0.1 %"
+def _creepage(help: str, label: str, remedy: str = "give it relative to the rolling speed: 0.001 is 0.1 %") -> Any:
     return number_field(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
 
 
@@ -181,7 +180,11 @@ class Creep:
     )
     xi: float | None = _creepage("Longitudinal creepage, > 0 if the wheel slides forward", "creepage xi")
     eta: float | None = _creepage("Lateral creepage, > 0 towards the field side", "creepage eta")
-    spin_per_mm: float | None = _creepage("Spin about the contact normal", "spin")
+    spin_per_mm: float | None = _creepage(
+        "Spin about the contact normal",
+        "spin",
+        "give it in 1/mm: sin(contact angle) / rolling radius, for example 0.0001 on a tread",
+    )
     speed_ratio: float = number_field(
         1.0,
         "Speed of rotation relative to the speed that rolls the tape circle; above 1 the wheel drives",

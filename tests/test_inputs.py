@@ -184,7 +184,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "flange_climb"): Row(
         "flange_climb", "--flange-climb", True, True, "perhaps", "perhaps",
-        "flange climb is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+        "flange climb is 'perhaps'; allowed: yes or no, true or false", "; default no",
     ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
@@ -259,7 +259,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("criteria", "theories_in_range"): Row(
         "theories_in_range", "--theories-in-range", True, True, "perhaps", "perhaps",
-        "theories in range is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+        "theories in range is 'perhaps'; allowed: yes or no, true or false", "; default no",
     ),
     ("creep", "friction"): Row(
         "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: between 0 and 2; dry steel",
@@ -277,7 +277,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("creep", "curved"): Row(
         "curved", "--curved", True, True, "maybe", "maybe", "curved surfaces is 'maybe'; allowed: yes or no",
-        ": yes or no; default no",
+        "; default no",
     ),
     ("creep", "force_limit"): Row(
         "force_percent", "--force-percent", 10, 0.1, 100, 1.0, "limit of the creep force is 1.0 (100 %); allowed",

@@ -588,7 +588,7 @@ def test_exit_codes(tmp_path, capsys):
         ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
         ("deep.json", "[" * 100_000, "is not valid JSON"),
         ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "is not valid JSON"),
-        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "no JSON"),
+        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "is not valid JSON"),
         ("bytes.json", b"\xff\xfe\x00", "is not valid JSON"),
         ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
         ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),

@@ -17,6 +17,7 @@ from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.files import write_text
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.flat_records import Record
@@ -43,7 +44,6 @@ from fecontact.outputs.tables import (
     text_column,
     write_csv,
 )
-from fecontact.outputs.terminal import count_text
 from fecontact.solving.placing import place_case
 
 if TYPE_CHECKING:
