@@ -74,10 +74,10 @@ class Criteria:
     {'p_max_MPa': 0.05}
     """
 
-    p_max: float = _limit(0.05, "p_max_MPa", "deviation of Hertz's peak pressure", "p_max_percent")
-    area: float = _limit(0.10, "area_mm2", "deviation of Hertz's patch area", "area_percent")
-    a: float = _limit(0.10, "a_mm", "deviation of Hertz's semi-axis a along x", "a_percent")
-    b: float = _limit(0.10, "b_mm", "deviation of Hertz's semi-axis b across", "b_percent")
+    p_max: float = _limit(0.05, "p_max_MPa", "deviation of Hertz in peak pressure", "p_max_percent")
+    area: float = _limit(0.10, "area_mm2", "deviation of Hertz in patch area", "area_percent")
+    a: float = _limit(0.10, "a_mm", "deviation of Hertz in half-width a along x", "a_percent")
+    b: float = _limit(0.10, "b_mm", "deviation of Hertz in half-width b across", "b_percent")
     centre: float = _limit(
         0.15,
         "centre_over_b",
@@ -192,7 +192,8 @@ class Creep:
         remedy="a free wheel has 1, a driven wheel a few thousandths more",
     )
     curved: bool = flag_field(
-        "Let the creepages on the real patch follow the local rolling radius and contact angle", label="curved surfaces"
+        "Compute the creepages on the real patch from the local rolling radius and contact angle",
+        label="curved surfaces",
     )
     force_limit: float = _limit(
         0.05, "the creep force", "deviation of Hertz's creep force, relative to mu N", "force_percent"

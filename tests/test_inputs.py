@@ -150,7 +150,7 @@ def irregularity(body: str) -> Row:
 SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; separated by commas"
 
 
-OPPOSITE = ": rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., of which some; default none."
+OPPOSITE = ": one or more of rail=...,wheel=...,rolling-radius-mm=...,load-kn=...; default none."
 # by table and field; written down a second time on purpose, with the units that users know
 ROWS: dict[tuple[str, str], Row] = {
     ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; R and D in mm; default 60E1"),

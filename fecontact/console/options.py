@@ -236,7 +236,7 @@ def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
     description, default = slot.input, f"default {slot.shown_default}"
     if slot.option:
         names = ",".join(f"{member.stems[0]}=..." for member in slots)
-        return f"Opposite side of the wheelset, if it differs: {names}, of which some; {default}."
+        return f"Opposite side of the wheelset, if it differs: one or more of {names}; {default}."
     if is_for_both:
         return f"{description.help} (both bodies): {description.domain}; {default}."
     if description.alone:

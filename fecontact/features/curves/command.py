@@ -25,7 +25,7 @@ class CurveOptions:
     Attributes
     ----------
     vehicle
-        wheelset (free, 60 kN per wheel), manchester, metro, or a TOML file in the same format.
+        wheelset (a free wheelset, 60 kN per wheel), manchester, metro, or a TOML file in the same format.
     bogie
         Bogie of the vehicle: leading or trailing.
     radii

@@ -63,7 +63,7 @@ def draw_curves(results: CurveResults, path: str | Path) -> Path:
     headline = [*map(describe_difference, results.differences), *describe_paths(results)]
     radius = f", R {1.0 / curvatures.pop():g} m" if len(curvatures) == 1 else ""
     settings = f"{_make_title(results)}{radius}, friction {results.conditions.friction:g}"
-    title_lines = [part for text in (*headline, settings) for part in textwrap.wrap(text, _TITLE_CHARACTERS)]
+    title_lines = [line for text in (*headline, settings) for line in textwrap.wrap(text, _TITLE_CHARACTERS)]
     figure.suptitle("\n".join(title_lines), fontsize=10)
     return save_figure(figure, Path(path))
 

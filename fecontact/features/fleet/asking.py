@@ -45,7 +45,7 @@ def sample(
         )
     case_of = open_fleet(folder).case
     drawn_positions = draw_sample(folder, finite_elements, seed)
-    more = len(drawn_positions.rows) - finite_elements
+    surplus = len(drawn_positions.rows) - finite_elements
     with log_command(folder / "sample" / "run.log"):
         changed = f"; {drawn_positions.dropped} earlier draws are not in this population" * (
             drawn_positions.dropped > 0
@@ -54,7 +54,7 @@ def sample(
             f"{count_text(len(drawn_positions.rows), 'position')}, {drawn_positions.new} of them new{changed}",
             quiet=how.quiet,
         )
-        if more > 0:
+        if surplus > 0:
             announce(
                 f"more than --finite-elements {finite_elements}: each stratum of the screen has at least two positions,"
                 " and earlier draws are kept",

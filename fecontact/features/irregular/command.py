@@ -67,8 +67,8 @@ def irregular(
 ) -> int:
     """Hertz's spring (eq. 6) and similar models over corrugation, flats and welds, against the half-space (no mesh).
 
-    With wavelengths and amplitudes the result is a map of the models that hold. With a single irregularity it is the
-    force of each model along it.
+    With wavelengths and amplitudes the result is a map of the models that hold. With a single irregularity,
+    the result is the force of each model at each position along it.
 
     Parameters
     ----------
