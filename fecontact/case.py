@@ -230,7 +230,7 @@ class Case:
         group="standing",
     )
     flange_climb: bool = flag_field(
-        "Let the flange climb: allow contact beyond its steepest place, up to its top", group="wheelset"
+        "Allow contact on the flange beyond its steepest point, up to its tip (flange climbing)", group="wheelset"
     )
     side: TrackSide = choice_field("left", "Side of the wheelset to solve", ("left", "right"), group="standing")
     opposite: Opposite = nested_inputs(Opposite, group="pair", option="opposite")
@@ -269,8 +269,8 @@ class Case:
     )
     refine: Refine = choice_field(
         "verdict",
-        "Finer meshes: until the verdict is resolved, never, or until the verdict on the nodes of the elements is"
-        f" resolved too (evidence); at most {REFINED_UNKNOWNS} unknowns",
+        "Finer meshes: until the verdict is resolved (verdict), never, or until the verdict on the nodes of the"
+        f" elements is resolved too (evidence); at most {REFINED_UNKNOWNS} unknowns",
         get_args(Refine),
         group="solution",
     )
@@ -280,14 +280,14 @@ class Case:
     wheel_file: Reading = nested_inputs(Reading, group="profiles", body="wheel")
     creep: Creep = nested_inputs(Creep, group="creep")
     rail_irregularity: Irregularity | None = _irregularity(
-        "Material that is missing from the rail along the track, and opens the gap"
+        "Missing material of the rail along the track; positive values open the gap"
     )
     wheel_irregularity: Irregularity | None = _irregularity(
-        "Material that is missing from the wheel along its circumference, and opens the gap"
+        "Missing material of the wheel along its circumference; positive values open the gap"
     )
     distance_mm: float = number_field(
         0.0,
-        "Distance along the irregularities at which the smooth bodies touch",
+        "Position of the contact point of the smooth bodies along the irregularities",
         group="irregular",
         low=-1e7,
         high=1e7,
@@ -295,7 +295,7 @@ class Case:
     )
     library: str | None = text_field(
         None,
-        "Your library of profiles, searched before the built-in library",
+        "Your library of profiles; it is searched before the built-in library",
         "folder of profile files; rail and wheel are names of its files",
         group="pair",
     )

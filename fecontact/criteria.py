@@ -74,10 +74,10 @@ class Criteria:
     {'p_max_MPa': 0.05}
     """
 
-    p_max: float = _limit(0.05, "p_max_MPa", "deviation of Hertz's peak pressure", "p_max_percent")
-    area: float = _limit(0.10, "area_mm2", "deviation of Hertz's patch area", "area_percent")
-    a: float = _limit(0.10, "a_mm", "deviation of Hertz's semi-axis a along x", "a_percent")
-    b: float = _limit(0.10, "b_mm", "deviation of Hertz's semi-axis b across", "b_percent")
+    p_max: float = _limit(0.05, "p_max_MPa", "deviation of Hertz in peak pressure", "p_max_percent")
+    area: float = _limit(0.10, "area_mm2", "deviation of Hertz in patch area", "area_percent")
+    a: float = _limit(0.10, "a_mm", "deviation of Hertz in half-width a along x", "a_percent")
+    b: float = _limit(0.10, "b_mm", "deviation of Hertz in half-width b across", "b_percent")
     centre: float = _limit(
         0.15,
         "centre_over_b",
@@ -104,8 +104,8 @@ class Criteria:
         each=True,
     )
     theories_in_range: bool = flag_field(
-        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default they count,"
-        " and are marked as out of range"
+        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default these"
+        " theories count too, and are marked as out of range"
     )
 
     def __post_init__(self) -> None:
@@ -135,20 +135,19 @@ FRICTION = Number(
 """Description of the friction coefficient, for every input of a friction coefficient."""
 
 
-def _creepage(help: str, label: str) -> Any:
-    remedy = "give it relative to the rolling speed: 0.001 is 0.1 %"
+def _creepage(help: str, label: str, remedy: str = "give it relative to the rolling speed: 0.001 is 0.1 %") -> Any:
     return number_field(None, help, label=label, low=-1.0, high=1.0, remedy=remedy)
 
 
 @input_dataclass
 class Creep:
-    """Friction and creepages of the wheel on the rail, at the first touch point.
+    """Friction and creepages of the wheel on the rail, at the first contact point.
 
     Without friction all of them are None. Creepages that are not given are computed for a wheelset that runs along the
     track. It turns at `speed_ratio` times the speed that rolls its tape circle. The longitudinal creepage follows from
-    the rolling radius at the touch point, the lateral creepage from the yaw, and the spin from the contact angle.
+    the rolling radius at the contact point, the lateral creepage from the yaw, and the spin from the contact angle.
 
-    These creepages are valid at the touch point, and for its tangent plane over the whole patch. With `curved` the
+    These creepages are valid at the contact point, and for its tangent plane over the whole patch. With `curved` the
     creepages follow the surfaces across the real patch.
 
     Attributes
@@ -181,7 +180,11 @@ class Creep:
     )
     xi: float | None = _creepage("Longitudinal creepage, > 0 if the wheel slides forward", "creepage xi")
     eta: float | None = _creepage("Lateral creepage, > 0 towards the field side", "creepage eta")
-    spin_per_mm: float | None = _creepage("Spin about the contact normal", "spin")
+    spin_per_mm: float | None = _creepage(
+        "Spin about the contact normal",
+        "spin",
+        "give it in 1/mm: sin(contact angle) / rolling radius, for example 0.0001 on a tread",
+    )
     speed_ratio: float = number_field(
         1.0,
         "Speed of rotation relative to the speed that rolls the tape circle; above 1 the wheel drives",
@@ -189,7 +192,8 @@ class Creep:
         remedy="a free wheel has 1, a driven wheel a few thousandths more",
     )
     curved: bool = flag_field(
-        "Let the creepages on the real patch follow the local rolling radius and contact angle", label="curved surfaces"
+        "Compute the creepages on the real patch from the local rolling radius and contact angle",
+        label="curved surfaces",
     )
     force_limit: float = _limit(
         0.05, "the creep force", "deviation of Hertz's creep force, relative to mu N", "force_percent"

@@ -1,7 +1,7 @@
-"""How far from a curvature junction must the touch point be for Hertz to hold?
+"""How far from a curvature junction must the contact point be for Hertz to hold?
 
 A wheel that is flat across (radius 460 mm) on two tangent arcs, R 300 / R 80 and R 80 / R 13 as on the head of 60E1;
-the touch point lies up to 8 mm from their junction on either side; 20 and 100 kN. No other effect violates Hertz's
+the contact point lies up to 8 mm from their junction on either side; 20 and 100 kN. No other effect violates Hertz's
 assumptions: no change of curvature in the wheel, no second patch on a different part of the head.
 
 Reference: the finite elements of this package, whose deviation from Hertz far from the junction is the check (there
@@ -127,7 +127,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     for arc, limits in reached.items():
         if len(limits) > 1 and np.all(np.isfinite(limits)):
             lines.append(
-                f"Rule of thumb, touch point on the {arc} arc: Hertz holds, by all measures, where the junction is"
+                f"Rule of thumb, contact point on the {arc} arc: Hertz holds, by all measures, where the junction is"
                 f" farther than {np.mean(limits):.2f} b ({min(limits):.2f} to {max(limits):.2f} b over {len(limits)}"
                 " pairs and loads)."
             )
@@ -186,7 +186,7 @@ def figure(curves: Series, path: Path) -> None:
     measure_axes.set_xlim(-4.0, 4.0)
     set_plain_log_scale(measure_axes, "y")
     measure_axes.set_xlabel(
-        "distance of the touch point from the junction / Hertz's semi-axis b  (left: on the tighter arc)"
+        "distance of the contact point from the junction / Hertz's semi-axis b  (left: on the tighter arc)"
     )
     peak_axes.set_ylabel("peak pressure, (Hertz - FE) / FE, in %")
     measure_axes.set_ylabel("worst measure / its limit")

@@ -7,7 +7,7 @@ alone, without roll: a wheelset would not stand at -8 mm, and the claim knows of
 
 Reference: the verdicts of this package's finite elements, by all measures of the field. Expected by
 the claim: FAILS where the patch covers a curvature junction of rail or wheel, HOLDS elsewhere. The study counts both
-kinds of exceptions and looks for the measure that separates better: the distance from the touch point to the next
+kinds of exceptions and looks for the measure that separates better: the distance from the contact point to the next
 junction over Hertz's semi-axis, and how much the relative curvature varies below the patch. Only the claim itself is
 Yan and Fischer's; all numbers are this package's.
 
@@ -133,7 +133,7 @@ def figure(rows: list[dict[str, Any]], path: Path) -> None:
     axes.axvline(1.0, color="0.5", lw=1, ls=":")
     set_plain_log_scale(axes)
     add_grid(axes)
-    axes.set_xlabel("distance from the touch point to the next curvature junction / Hertz's semi-axis b")
+    axes.set_xlabel("distance from the contact point to the next curvature junction / Hertz's semi-axis b")
     axes.set_ylabel("deviation of the worst measure / its limit")
     add_legend_beside(axes)
     save_figure(picture, path)

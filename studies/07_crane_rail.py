@@ -2,7 +2,7 @@
 
 DIN 536 heads A100 and A120 (crown 500 and 600 mm, corners 10 mm) under a cylindrical wheel of radius 400 mm (800 mm in
 diameter, a preferred number, and a usual size for such loads), 100 and 250 kN. The rail is tilted about its axis, as
-after imprecise laying or bending, and the wheel is placed over the touch point. The touch point thus moves from the
+after imprecise laying or bending, and the wheel is placed over the contact point. The contact point thus moves from the
 centre towards the corner, until the joint of crown and corner arc is at half of Hertz's semi-axis. The tilt for this
 (up to 80 mrad) is far above the tilt of a crane runway; the result depends on the remaining distance.
 
@@ -29,7 +29,7 @@ from fecontact.solving.placing import place_case
 WHEEL_RADIUS_MM = 400.0
 LOADED = (("A100", 100e3), ("A100", 250e3), ("A120", 250e3))
 NEAR_THE_JOINT_MM = (1.4, 0.4)
-# Distance from the touch point to the joint over Hertz's semi-axis across; infinite: the centre of the head.
+# Distance from the contact point to the joint over Hertz's semi-axis across; infinite: the centre of the head.
 DISTANCES = (inf, 1.5, 1.0, 0.75, 0.5)
 
 # Centre of the head: the deviation is due to the head, which is not a half-space.

@@ -1,6 +1,6 @@
 """What do a conforming gap and finite bodies change about Hertz at a gauge corner?
 
-Rail corner R 10 against a wheel fillet R 10.2, touch point under 45 degrees, rolling radius 460 mm, G 82 GPa, nu
+Rail corner R 10 against a wheel fillet R 10.2, contact point under 45 degrees, rolling radius 460 mm, G 82 GPa, nu
 0.28: the conforming contact of the CONTACT 25 user guide (Vollebregt), section 5.10, under the force that it found
 there for the true gap on a half-space.
 
@@ -60,7 +60,8 @@ GROOVE_HALF_SPACE_PERCENT, GROOVE_PERCENT = 0.15, 0.5
 def cases(quick: bool = False) -> list[Case]:
     """Grooves and the wheel of revolution, at `standard` or at `quick`."""
     track = Track()
-    # the touch point, half way around the corner, lies under the tape circle; the crown is the middle of the level top
+    # the contact point, half way around the corner, lies under the tape circle; the crown is the middle of the level
+    # top
     crown_mm = track.tape_circle_y_mm + RAIL_RADIUS_MM * math.sin(math.radians(45.0)) + 0.5 * TOP_WIDTH_MM
     resolution: Literal["quick", "standard"] = "quick" if quick else "standard"
     return [
@@ -124,7 +125,7 @@ def reference_contact(step_mm: float = 0.2) -> Rung:
     Along x it is a parabola, equal on every line. Across it is the gap of two arcs along the normals of the inner arc.
     """
     x = np.arange(0.0, 9.0, step_mm)
-    # no node lies at the touch point, where symmetry would favour it
+    # no node lies at the contact point, where symmetry would favour it
     s = np.arange(-11.0, 11.0, step_mm) + 0.3 * step_mm
     grid = ContactGrid(x_mm=x, s_mm=s, half=True)
     turn, apart = s / RAIL_RADIUS_MM, WHEEL_RADIUS_MM - RAIL_RADIUS_MM

@@ -10,18 +10,18 @@ spin are those of one axle that turns as a whole.
 
 Reference (analytic, exact theory of the half-space under the same pressure). Expected: where Hertz holds in pressure,
 its forces are within 5 % of mu N of those of the real patch. Where it fails the forces need not, and from -1 to 1 mm
-they do: the centre of pressure lies millimetres from the touch point, and the spin about that is a longitudinal
+they do: the centre of pressure lies millimetres from the contact point, and the spin about that is a longitudinal
 creepage there that Hertz does not know.
 
 Found, largest error of Hertz's force in % of mu N (± 0.2) at -6, -4, -2, -1, -0.5, 0, 0.25, 1, 3, 4 mm: 0.4, 0.7, 1.8,
 5.4, 7.5, 8.8, 44, 31, 0.9, 1.4 with friction 0.3; up to 66 with 0.15 and 34 with 0.5; 36 on curved surfaces; under 50
 kN up to 51, and 75 with friction 0.15. At 3 mm Hertz fails in pressure by the area of a thin tail, which has no effect
 on the force. At -1 mm and 50 kN Hertz holds in pressure; its force is unresolved with friction 0.15 and fails on curved
-surfaces. At 0.25 mm the real patch has a longitudinal force of 0.44 mu N without any creepage at the touch point. These
-effects are larger with less friction, because a smaller creepage then suffices. On curved surfaces the mean rolling
-radius is larger than the radius at the touch point; a free wheelset compensates this by its speed. Both wheels turn the
-wheelset to the left by (Fx right - Fx left) D / 2, with both forces positive along the running direction. Otero's eq. 7
-prints a sum, which is right only if the left force is positive against the running direction.
+surfaces. At 0.25 mm the real patch has a longitudinal force of 0.44 mu N without any creepage at the contact point.
+These effects are larger with less friction, because a smaller creepage then suffices. On curved surfaces the mean
+rolling radius is larger than the radius at the contact point; a free wheelset compensates this by its speed. Both
+wheels turn the wheelset to the left by (Fx right - Fx left) D / 2, with both forces positive along the running
+direction. Otero's eq. 7 prints a sum, which is right only if the left force is positive against the running direction.
 
 Theories compared with the exact theory on the real patch (64 creepages, ± 1), at 0.25 mm and the largest error at other
 positions: Polach 45 and 32, Shen, Hedrick and Elkins 45 and 31, FASTSIM 45 and 31, the exact theory on Hertz's ellipse

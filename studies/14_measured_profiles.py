@@ -4,7 +4,7 @@ The exact lines of a 60E1 rail (1:40) and an S1002 wheel, sampled along the arc 
 20 um of independent noise across the line, 20 seeds at 10 um every 0.2 mm and 4 elsewhere, are read as any measured
 points are: smoothed as their deviation from the nearest profile of the library. Hertz's peak pressure and semi-axes
 under 100 kN at shifts of -4, 0, 3 and 4 mm are held against those of the exact lines: closed forms, no finite elements.
-At -4, 0, and 4 mm the touch point is 5.6, 10 and 3.4 mm from the next junction of curvature, at 3 mm 2.3 mm.
+At -4, 0, and 4 mm the contact point is 5.6, 10 and 3.4 mm from the next junction of curvature, at 3 mm 2.3 mm.
 
 Reference: Hertz on the exact lines. Expected: peak and semi-axes within 3 % at 10 um every 0.2 mm, and the error inside
 the stated uncertainty (0.71 and double the width, and other noise of the same size) in 95 %. The same points are also

@@ -20,11 +20,11 @@ it holds nowhere. Against finite elements, 50 kN at -4, 0.25 and 5 mm, strips an
 the equivalent ellipse hold at the first position, as Hertz does; Kik-Piotrowski holds at no position. Springs are
 unresolved at 5 mm.
 
-Springs at all touch points were judged against the half-space in 49 contacts with two touch points (four rails, 20 and
-100 kN). They hold in 6 contacts in which the single ellipse fails; in 9 contacts their peak has a larger deviation than
-the peak of the single ellipse. The springs misplace 2 to 8 % of the load. If they were moved together to the common
-centre of pressure, as the single ellipse is, they would misplace 12 to 38 %: load fractions with errors of 2 to 6 %
-would move each ellipse away from its patch. Moving each ellipse to its patch would change no verdict.
+Springs at all contact points were judged against the half-space in 49 contacts with two contact points (four rails, 20
+and 100 kN). They hold in 6 contacts in which the single ellipse fails; in 9 contacts their peak has a larger deviation
+than the peak of the single ellipse. The springs misplace 2 to 8 % of the load. If they were moved together to the
+common centre of pressure, as the single ellipse is, they would misplace 12 to 38 %: load fractions with errors of 2 to
+6 % would move each ellipse away from its patch. Moving each ellipse to its patch would change no verdict.
 """
 
 import argparse

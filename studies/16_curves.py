@@ -1,11 +1,11 @@
 """Which positions does a curve visit, and what does the theory of the contact move?
 
 A metro trailer in curves of 200 to 500 m and the Manchester vehicle 1, as a main-line coach, in curves of 600 to
-3000 m: S1002 on 60E1 at 1:40, gauge 1435 mm, friction 0.3, cant balanced. Normal forces by Hertz at all touch points as
-springs, overlapping strips, Kik and Piotrowski, the strip method, and the half-space. What is told: the shift, yaw and
-load of all four wheels of the leading bogie, where Hertz's ellipse is within the criteria of the strip method there,
-where a theory has no equilibrium, by how much each is off the half-space in shift and Y/Q of the leading wheelset, and
-the critical speed on straight track.
+3000 m: S1002 on 60E1 at 1:40, gauge 1435 mm, friction 0.3, cant balanced. Normal forces by Hertz at all contact points
+as springs, overlapping strips, Kik and Piotrowski, the strip method, and the half-space. What is told: the shift, yaw
+and load of all four wheels of the leading bogie, where Hertz's ellipse is within the criteria of the strip method
+there, where a theory has no equilibrium, by how much each is off the half-space in shift and Y/Q of the leading
+wheelset, and the critical speed on straight track.
 
 Reference: the half-space for what theories change, and a proven solution by another program with overlapping strips
 for two positions. Expected: inner and trailing wheels between -6 and 2.5 mm, outer leading wheels between 5 and 6.3 mm

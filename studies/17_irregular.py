@@ -1,7 +1,7 @@
 """Down to which wave does Hertz's spring over an irregular wheel or rail (eq. 6) hold, and what do codes take instead?
 
 Corrugation of 20 to 200 mm, wheels out of round, worn flats and welds, on S1002 on 60E1 1:40 at a shift of 3 mm under
-100 kN: eq. 6, the path of the rigid wheel, the mean over the patch, Hertz at the rigid touch points and on a fitted
+100 kN: eq. 6, the path of the rigid wheel, the mean over the patch, Hertz at the rigid contact points and on a fitted
 parabola, each against the half-space with the irregularity in its gap.
 
 Reference: the half-space, and for the force of low waves the mean over the patch, sin(ka)/(ka), which is exact there.

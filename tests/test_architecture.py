@@ -50,9 +50,20 @@ ROOMS: dict[str, set[str]] = {
     },
     # knows neither physics nor outputs: what is done, and what is written, is handed in
     "jobs": {"errors", "process", "files"},
-    "regression": {"errors", "files"},
+    "regression": {"errors", "files", "inputs"},
     "outputs": {
-        *("arrays", "errors", "feature_registry", "files", "bodies", "profiles", "placement", "criteria", "case"),
+        *(
+            "arrays",
+            "errors",
+            "inputs",
+            "feature_registry",
+            "files",
+            "bodies",
+            "profiles",
+            "placement",
+            "criteria",
+            "case",
+        ),
         *("contact", "fe", "contact_theories", "judging", "solving", "regression"),
     },
     "console": {"errors", "files", "inputs", "profiles", "case", "jobs", "outputs"},

@@ -65,7 +65,7 @@ ALL = EXACT | {
 def line_of(
     gap: Callable[[np.ndarray], np.ndarray], low: float, high: float, count: int, offset: float = 0.37, along: float = A
 ):
-    """Gap line of a function of t; the touch point lies anywhere between two places."""
+    """Gap line of a function of t; the contact point lies anywhere between two places."""
     step = (high - low) / count
     t = low + step * (np.arange(count) + offset)
     return GapLine(t_mm=t, f_mm=gap(t), A_per_mm=along, contact_modulus_MPa=MODULUS)
@@ -164,7 +164,7 @@ def test_closed_form_of_kik_piotrowski_itself():
 
 
 def junction(t):
-    """Curvature jumps at the touch point."""
+    """Curvature jumps at the contact point."""
     return np.where(t < 0.0, 0.002, 0.005) * t**2
 
 
@@ -478,7 +478,7 @@ def test_a_turned_lobe_closes_by_its_cosine():
 @pytest.mark.parametrize(
     ("inclination", "shift_mm", "load_kN", "limit"),
     [
-        # one patch; two lobes grown together; three touch points in planes of their own; gauge corner under 0.3 rad
+        # one patch; two lobes grown together; three contact points in planes of their own; gauge corner under 0.3 rad
         ("1:40", -4.0, 100.0, 0.5),
         ("1:40", 0.0, 100.0, 0.5),
         ("1:20", 6.0, 150.0, 2.5),

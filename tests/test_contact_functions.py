@@ -50,7 +50,7 @@ def test_cones_on_circles_have_their_own_conicity():
     for conicity in functions.conicities:
         # linear steps between samples of the wheel, which is straight
         assert conicity.unrolled == pytest.approx(0.05, rel=1e-7)
-    # rolled by f the touch points move across by R sin(f) on circles of R 300, and with the wheel: for small shifts
+    # rolled by f the contact points move across by R sin(f) on circles of R 300, and with the wheel: for small shifts
     # f = 0.05 y / (750 - (300 + 460) 0.05), and the radii differ by 2 * 0.05 (y + (300 + 460) f)
     roll = 0.05 / (750.0 - 760.0 * 0.05)
     assert functions.positions[1.0].roll_rad == pytest.approx(roll, rel=2e-3)
@@ -123,7 +123,7 @@ def test_a_record_says_units_and_what_cannot_be(standard):
     alone = place_case(Case(lateral_shift_mm=2.0, roll="touching")).first
     assert touch["contact_angle_rad"] == pytest.approx(alone.contact_angle_rad, abs=1e-9)
     assert touch["rail_radius_mm"] == pytest.approx(80.0, rel=1e-9)
-    # without a yaw the touch point lies below the axle
+    # without a yaw the contact point lies below the axle
     assert touch["ahead_mm"] == pytest.approx(0.0, abs=1e-9)
 
 
@@ -143,7 +143,7 @@ def test_the_table_fits_its_width_and_names_what_it_has_no_room_for(standard, wi
     assert max(len(line.rstrip()) for line in table.splitlines()) <= width
     names = table.partition("no room for: ")[2].strip()
     assert names == ", ".join(without)
-    # shift, roll, the touch point and its angle always find room
+    # shift, roll, the contact point and its angle always find room
     assert all(word in table for word in ("+5.00", "+0.3407", "-26.55", "+299.98"))
 
 
@@ -172,7 +172,7 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert call(["geometry", "--shifts", "1", "--json", "--yaw-mrad", "4"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["positions"]
-    # a yaw moves the touch point of a left wheel on the gauge side ahead
+    # a yaw moves the contact point of a left wheel on the gauge side ahead
     assert row["left"]["contact_points"][0]["ahead_mm"] > 0.1
 
 

@@ -56,7 +56,7 @@ def test_lines_are_those_of_the_geometry_and_of_each_theory_alone(rows):
     assert [(row["lateral_shift_mm"], row["load_kN"]) for row in rows] == [
         (shift, load) for shift in (-4.0, 0.25, 5.0) for load in (50.0, 100.0)
     ]
-    # all lines have the same columns, touch points last
+    # all lines have the same columns, contact points last
     assert len({tuple(row) for row in rows}) == 1
     names = list(rows[0])
     first = next(place for place, name in enumerate(names) if re.match(r"touch\d", name))

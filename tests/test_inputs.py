@@ -152,7 +152,7 @@ def irregularity(body: str) -> Row:
 SETS = "sets strength, patch, all; measures p_max, area, a, b, centre, valley, separate, misplaced; separated by commas"
 
 
-OPPOSITE = ": rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., of which some; default none."
+OPPOSITE = ": one or more of rail=...,wheel=...,rolling-radius-mm=...,load-kn=...; default none."
 # by table and field; written down a second time on purpose, with the units that users know
 ROWS: dict[tuple[str, str], Row] = {
     ("", "rail"): Row("rail", "--rail", "54E1", "54E1", "", "", "rail is ''; allowed", "; R and D in mm; default 60E1"),
@@ -186,7 +186,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("", "flange_climb"): Row(
         "flange_climb", "--flange-climb", True, True, "perhaps", "perhaps",
-        "flange climb is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+        "flange climb is 'perhaps'; allowed: yes or no, true or false", "; default no",
     ),
     ("", "side"): Row(
         "side", "--side", "right", "right", "rigth", "rigth",
@@ -261,7 +261,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("criteria", "theories_in_range"): Row(
         "theories_in_range", "--theories-in-range", True, True, "perhaps", "perhaps",
-        "theories in range is 'perhaps'; allowed: yes or no, true or false", ": yes or no; default no",
+        "theories in range is 'perhaps'; allowed: yes or no, true or false", "; default no",
     ),
     ("creep", "friction"): Row(
         "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: between 0 and 2; dry steel",
@@ -279,7 +279,7 @@ ROWS: dict[tuple[str, str], Row] = {
     ),
     ("creep", "curved"): Row(
         "curved", "--curved", True, True, "maybe", "maybe", "curved surfaces is 'maybe'; allowed: yes or no",
-        ": yes or no; default no",
+        "; default no",
     ),
     ("creep", "force_limit"): Row(
         "force_percent", "--force-percent", 10, 0.1, 100, 1.0, "limit of the creep force is 1.0 (100 %); allowed",

@@ -48,7 +48,7 @@ E_STAR = combine_moduli_MPa(STEEL, STEEL)
 
 
 def contact_point_number(hessian: tuple[float, float, float]) -> ContactPoint:
-    """A touch point of a gap with the second derivatives xx, xy, yy (1/mm)."""
+    """A contact point of a gap with the second derivatives xx, xy, yy (1/mm)."""
     xx, xy, yy = hessian
     curvature = RelativeCurvature(
         rail_per_mm=yy,
@@ -289,7 +289,7 @@ def test_geometry_without_junctions():
     assert geometry.normal_turn_rad == pytest.approx(11.0 / 300.0, rel=1e-9)
 
 
-# --- a touch point at a junction --------------------------------------------------------------------------------
+# --- a contact point at a junction --------------------------------------------------------------------------------
 
 # A cylinder touches where the inclined rail is level: with this inclination at the end of its crown arc.
 TO_THE_JUNCTION = math.asin(10.228 / 300.0)
@@ -320,7 +320,7 @@ def test_verdict_at_a_junction():
     assert result.status == "converged"
     assert any("curvature junction" in warning and "field side" in warning for warning in result.notes)
     # Hertz on R 80 alone is far too narrow: half of the patch lies on R 300
-    assert (result.verdict.answer, result.verdict.cause) == ("FAILS", "curvature undefined at the touch point")
+    assert (result.verdict.answer, result.verdict.cause) == ("FAILS", "curvature undefined at the contact point")
     assert result.comparison.deviation["p_max_MPa"] > 0.05
     # the truth lies between the two ellipses
     wide = hertz_from_hessian([[1 / 460, 0.0], [0.0, 1 / 300]], normal_force_N=100e3, contact_modulus_MPa=E_STAR)
@@ -546,7 +546,7 @@ def conformal_pair() -> Placement:
     """Wheel fillet R 10.2 on a rail corner R 10 under 45 degrees."""
     at = math.radians(135.0)
     rail_arc = Arc(centre=(0.0, -10.0), radius=10.0, angle_from=math.radians(179.0), angle_to=math.radians(45.0))
-    # the tape circle lies at the touch point, where the rolling radius is known
+    # the tape circle lies at the contact point, where the rolling radius is known
     centre = (-10.2 * math.cos(at), -10.2 * math.sin(at))
     wheel_arc = Arc(centre=centre, radius=10.2, angle_from=math.radians(178.9), angle_to=math.radians(60.0))
     track = Track()

@@ -289,12 +289,12 @@ def test_words_of_shares():
     assert variant_share_text(answers) == "holds on 2 of 3 profile variants (it fails with filters below 8 mm)"
     assert variant_share_text(dict.fromkeys(answers, "HOLDS")) == "holds on all 3 profile variants"
     assert variant_share_text(answers | {"noise 1": "FAILS"}).endswith("(it fails on filter 4 mm, noise 1)")
-    assert variant_share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("filters below 8 mm; it is undecided on 1)")
+    assert variant_share_text(answers | {"noise 1": "UNRESOLVED"}).endswith("below 8 mm; it is unresolved on 1)")
     # a line within a limit's uncertainty, and none beyond it: a rail and a wheel of high mileage at 6 mm
     some = dict.fromkeys(answers, "HOLDS") | {"noise 1": "UNRESOLVED"}
-    assert variant_share_text(some) == "holds on 2 of 3 profile variants (it is undecided on 1)"
+    assert variant_share_text(some) == "holds on 2 of 3 profile variants (it is unresolved on 1)"
     assert variant_share_text(dict.fromkeys(answers, "UNRESOLVED")).endswith(
-        "holds on 0 of 3 profile variants (it is undecided on 3)"
+        "holds on 0 of 3 profile variants (it is unresolved on 3)"
     )
 
 

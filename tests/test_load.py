@@ -406,7 +406,7 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
     assert study_by(Study(name="x", cases=(wide,)), tmp_path, crew=inline_crew()).rows[0]["solver_meshes"] == 2
     outcome = study_by(Study(name="x", cases=(strict,)), tmp_path, crew=inline_crew())
     (why,) = outcome.recomputed.values()
-    assert why.startswith("evaluated by another version")
+    assert why.startswith("evaluated by a different version")
     assert outcome.rows[0]["solver_meshes"] > 2
 
 

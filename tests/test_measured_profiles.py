@@ -510,7 +510,7 @@ def test_a_profile_without_problems_has_no_marks(monkeypatch):
 
 def test_points_that_are_taken_as_exact_and_are_not_are_named(tmp_path):
     path = tmp_path / "noisy.txt"
-    # a head that is flatter than its noise: a spline through it is hollow at the touch point in every other file
+    # a head that is flatter than its noise: a spline through it is hollow at the contact point in every other file
     y = np.arange(-30.0, 30.0 + 1e-9, 0.2)
     np.savetxt(path, np.column_stack((y, 0.01 * np.cos(math.pi * y / 0.4) - y**2 / 2000.0)))
     case = Case(

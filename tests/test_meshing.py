@@ -222,7 +222,7 @@ def test_wheel_zone_lies_on_the_revolved_profile_and_covers_the_rails(key):
     y = local[..., 1] - pose.tape_circle_y_mm
     true = 460.0 - pose.profile.height(y)
     np.testing.assert_allclose(np.hypot(local[..., 0], local[..., 2]), true, atol=1e-9)
-    # layers of equal angle, the step at the radius of the touch point
+    # layers of equal angle, the step at the radius of the contact point
     theta = np.arctan2(local[..., 0], -local[..., 2])
     step = zone.half_length_mm / zone.intervals_x / float(pose.radius(pair.first.wheel_u))
     np.testing.assert_allclose(np.diff(theta, axis=0), step, atol=1e-12)

@@ -953,7 +953,7 @@ def test_the_answer_of_a_case_is_short_and_all_of_it_is_long(record):
         r"Hertz HOLDS; nearest to its limit: (peak pressure -|misplaced load )0\.\d\d % ± 0\.\d\d % \(limit .* %\)",
         lines[0],
     )
-    assert not [line for line in lines if line.startswith(("also", "undecided", "to decide"))]
+    assert not [line for line in lines if line.startswith(("also", "unresolved", "to decide"))]
     assert everything[: len(lines) - 1] == lines[:-1]
     assert "decided on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in everything
     misfit, off = (100.0 * record["elements"][name] for name in ("misfit", "compliance_error"))
@@ -985,8 +985,8 @@ def test_an_open_case_says_what_would_decide_it(elliptic_quick):
     strict = Criteria(p_max=0.0034)
     record = judged_record(elliptic_quick, strict)
     lines = print_case(record)
-    assert lines[0].startswith("Hertz UNRESOLVED; undecided: peak pressure -0.")
-    assert "undecided on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
+    assert lines[0].startswith("Hertz UNRESOLVED; least certain: peak pressure -0.")
+    assert "unresolved on 2 meshes of 4.2 and 2.8 elements per semi-axis, not refined" in lines
     assert "to decide, use --resolution standard or fine, or --refine verdict" in lines
     # finer meshes were allowed, so the resolution is not the remedy
     refinable = print_case(judged_record(elliptic_quick, strict, refine="verdict"))
@@ -1244,7 +1244,7 @@ def test_the_difference_in_a_case_figure_has_the_sign_of_its_verdict(flattened_r
 
 
 def test_a_case_figure_has_the_junctions_of_the_rail_on_its_maps(elliptic_quick):
-    """Of a pressure drawn on another pair: 60E1's arcs of 300 and 80 mm meet 2.35 mm beside the touch point at 3 mm."""
+    """Pressure drawn on a different pair: 60E1's arcs of 300 and 80 mm meet 2.35 mm from the contact point at 3 mm."""
     on_60e1 = replace(elliptic_quick, placement=place_case(Case(lateral_shift_mm=3.0, roll="given")))
     maps = [ax for ax in case_axes(on_60e1) if ax.get_title().startswith(("finite elements", "Hertz"))]
     assert len(maps) == 3

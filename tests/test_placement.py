@@ -97,7 +97,7 @@ def test_head_without_gauge_face_is_refused_or_placed_by_its_crown():
     assert place_rail(make_circular_rail_head(300.0), 0.0, CENTRED).crown_y_mm == 750.0
 
 
-# --- touch points -----------------------------------------------------------------------------------------------
+# --- contact points -----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("shift", "rail_y"), [(-4.0, 4.60), (0.0, 0.20), (2.0, -11.72)])

@@ -588,7 +588,7 @@ def test_exit_codes(tmp_path, capsys):
         ("nameless.json", '{"schema": "fecontact/row/1", "row": {"a_fe_mm": 1.0}}', "neither a column id"),
         ("deep.json", "[" * 100_000, "is not valid JSON"),
         ("digits.json", '{"rows": [{"id": ' + 5000 * "1" + "}]}", "is not valid JSON"),
-        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "no JSON"),
+        ("half.json", '{"rows": [{"id": "\\ud800", "a_fe_mm": 1}]}', "is not valid JSON"),
         ("bytes.json", b"\xff\xfe\x00", "is not valid JSON"),
         ("field.csv", "id,a_fe_mm\none," + 140_000 * "1", "not CSV"),
         ("open.csv", 'id,a_fe_mm\n"one,2\n', "not CSV"),
@@ -1033,7 +1033,7 @@ def test_an_update_without_a_reason_is_refused(tmp_path, capsys, reason):
     assert not (tmp_path / "b").exists()
 
 
-@pytest.mark.parametrize("status", ["failed: no touch point", "patch at the edge of the fine mesh", None])
+@pytest.mark.parametrize("status", ["failed: no contact point", "patch at the edge of the fine mesh", None])
 def test_an_update_from_unusable_rows_is_refused_unless_allowed(tmp_path, capsys, status):
     study = str(write_study(tmp_path / "study", [case_row(), case_row("two", status=status)]))
     arguments = ["baseline", "update", study, "--reason", "so", "--baselines", str(tmp_path / "b")]

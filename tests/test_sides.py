@@ -34,7 +34,7 @@ SHARPER_MM = 150.0
 def junction_result(result, solved_load=None):
     """A result at a junction of curvatures.
 
-    The result is judged again with both curvatures at its touch point.
+    The result is judged again with both curvatures at its contact point.
     """
     touch = result.placement.first
     sharper = replace(touch.curvatures[0], rail_per_mm=1.0 / SHARPER_MM, yy_per_mm=1.0 / SHARPER_MM)

@@ -1,4 +1,4 @@
-"""Ellipses that share the load, next to Hertz at the first touch point.
+"""Ellipses that share the load, next to Hertz at the first contact point.
 
 Tested in rows, tables, reports, maps and comparisons. The contacts come from the true gap on a half-space, which
 replaces the finite elements.

@@ -134,11 +134,11 @@ def test_another_version_is_a_reason(tmp_path):
     name, made_by = stored(tmp_path), determine_origin(CASE)
     newer = replace(made_by, solved_by={**made_by.solved_by, "numpy": "99.1"})
     stored_case = stored_state(tmp_path, name, newer)
-    assert stored_case.problem == f"made by another version: numpy {made_by.solved_by['numpy']} -> 99.1"
+    assert stored_case.problem == f"made by a different version: numpy {made_by.solved_by['numpy']} -> 99.1"
     newer_judge = replace(made_by, evaluated_by={**made_by.evaluated_by, "criterion p_max": "0.1"})
     stored_case = stored_state(tmp_path, name, newer_judge)
     assert stored_case.problem is None
-    assert stored_case.outdated == "evaluated by another version: criterion p_max 0.05 -> 0.1"
+    assert stored_case.outdated == "evaluated by a different version: criterion p_max 0.05 -> 0.1"
 
 
 def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):

@@ -155,7 +155,7 @@ def test_03_reach_is_where_the_deviation_comes_within_the_limit():
 def test_04_claim_of_yan_and_fischer(quick, tmp_path):
     rows, said = quick("04_claim_of_yan_and_fischer", tmp_path)
     verdicts = {row["lateral_shift_mm"]: row["verdict_answer"] for row in rows}
-    # a touch point just beside the junction, and one on a plain arc
+    # a contact point just beside the junction, and one on a plain arc
     assert verdicts == {1.0: "FAILS", -4.0: "HOLDS"}
     assert "The claim itself is right in" in said
 
@@ -241,7 +241,7 @@ def test_07_crane_rail(quick, tmp_path):
     # 19 mm of patch on 82 mm of crown arc: measured 0.1 %; the block of 100 mm accounts for it
     assert abs(centre["hertz_deviation_p_max_percent"]) < 0.3
     assert study.distance_mm(centre) == pytest.approx(40.86, abs=0.01)
-    # touch point placed by its distance from the joint, half a semi-axis
+    # contact point placed by its distance from the joint, half a semi-axis
     assert study.distance_over_b(corner) == pytest.approx(0.5, abs=1e-6)
     # far beyond the limits (5 % and 10 %) on any mesh: measured -43 %
     assert corner["verdict_answer"] == "FAILS"
@@ -499,7 +499,7 @@ def test_20_the_table_of_the_readme_is_that_of_the_atlas():
 
 
 def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
-    """Three touch points within 0.05 mm, and a contact 65 mm wide.
+    """Three contact points within 0.05 mm, and a contact 65 mm wide.
 
     Its lobe on the flange root is 0.4 mm narrow. Few nodes suffice: with more nodes the load of a lobe changes by some
     percent, and its position does not change.
@@ -513,7 +513,7 @@ def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     assert expected.s_high_mm - expected.s_low_mm == pytest.approx(65.3, abs=1.0)
     assert len(expected.parts) == 3
     assert min(ellipse.semi_axes_mm[1] for ellipse in expected.parts) == pytest.approx(0.36, abs=0.1)
-    # its opposite has one touch point there
+    # its opposite has one contact point there
     mirrored_placement = place_case(replace(case, roll_rad=-case.roll_rad))
     assert len(mirrored_placement.contact_points) == 1
 

@@ -190,7 +190,7 @@ def test_a_judged_load_goes_to_another_process_and_comes_back(two, judged_two):
 @pytest.mark.parametrize("case", [ROUND, replace(TWO_POINTS, load_N=50.0)])
 def test_ellipses_that_share_a_load_are_told_only_where_several_carry_it(case):
     placement = place_case(case)
-    # two touch points, of which a small load closes one
+    # two contact points, of which a small load closes one
     assert len(placement.contact_points) == (1 if case is ROUND else 2)
     force = compute_hertz(case, placement).normal_force_N
     assert (

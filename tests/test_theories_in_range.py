@@ -225,7 +225,7 @@ def test_strips_do_not_see_the_kinks_of_a_coarse_line():
 
 
 def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
-    # the flange carries 8 % of the load, 46 mm beside the first touch point
+    # the flange carries 8 % of the load, 46 mm beside the first contact point
     case = Case(rail="A100", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=-1.76, load_N=60e3)
     placement = place_case(case)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=60e3)

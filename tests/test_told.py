@@ -20,7 +20,7 @@ from fecontact.solving.solve import CaseResult
 
 COARSE = Case(resolution=(1.2, 0.9), refine="never")
 CASES = {
-    # two lobes that have grown together, between two touch points
+    # two lobes that have grown together, between two contact points
     "two lobes": COARSE,
     "at a junction": replace(COARSE, rail="arcs:300/80@0", wheel="cylinder:460", inclination_rad=0.0, roll="given"),
 }

@@ -1,6 +1,6 @@
-"""Hertz at all touch points.
+"""Hertz at all contact points.
 
-The touch points share the load like springs side by side; a junction has two sides.
+The contact points share the load like springs side by side; a junction has two sides.
 """
 
 import math
@@ -108,7 +108,7 @@ def test_two_arcs_meet_at_the_distance_from_first_touch(distance):
     assert (junction.curvature_left_per_mm, junction.curvature_right_per_mm) == pytest.approx((1 / 13, 1 / 80))
     origin = float(placement.rail.profile.arc_length(placement.first.rail_u))
     junction_mm = float(placement.rail.profile.arc_length(placement.rail.profile.locate(junction.y_mm)))
-    # the touch point is a root found to 1e-9 mm or so of a minimum
+    # the contact point is a root found to 1e-9 mm or so of a minimum
     assert origin - junction_mm == pytest.approx(distance, abs=1e-5)
     assert placement.first.at_junction == (distance == 0.0)
     radius = {True: 80.0, False: 13.0}[distance > 0.0]
@@ -159,6 +159,6 @@ def test_junction_is_judged_with_both_curvatures():
     assert field.deviation["p_max_MPa"] < -0.2 < 0.15 < gauge.deviation["p_max_MPa"]
     assert dict(result.comparison.deviation) == dict(field.deviation)
     assert result.verdict.answer == "FAILS"
-    assert result.verdict.cause == "curvature undefined at the touch point"
+    assert result.verdict.cause == "curvature undefined at the contact point"
     assert any("gauge side Hertz FAILS" in warning and "field side" in warning for warning in result.load.warnings)
     assert math.isclose(result.load.geometry.junction_distance_mm, 0.0, abs_tol=1e-5)

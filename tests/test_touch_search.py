@@ -1,4 +1,4 @@
-"""The search for touch points against the gap of dense lines.
+"""The search for contact points against the gap of dense lines.
 
 Tested: worn wheels, conforming roots, any nodes, refusals.
 """
@@ -98,9 +98,9 @@ def all_minima(
 
 
 def assert_right(pair: Pair, shift_mm: float, roll_rad: float = 0.0, *, prominence_mm: float = 5e-7) -> int:
-    """Check that the touch points are all minima of the gap, with no gap below zero.
+    """Check that the contact points are all minima of the gap, with no gap below zero.
 
-    Returns the number of touch points. Chords leave ripples of 1.5e-7 mm, which do not count as minima.
+    Returns the number of contact points. Chords leave ripples of 1.5e-7 mm, which do not count as minima.
     """
     placement = pair.placed(shift_mm, roll_rad, 0.0)
     assert isinstance(placement, Placement), placement

@@ -203,7 +203,7 @@ def test_the_loaded_roll_grows_with_the_load_and_begins_at_the_touching_one():
     touching = place_wheelset_of_case(case).roll_rad
     rolls = [place_wheelset_of_case(replace(case, roll="loaded", load_N=load)).roll_rad for load in (1.0, 1e5)]
     assert rolls[0] == pytest.approx(touching, abs=1e-7)
-    # the springs give way as F^(2/3), at one and the same touch point
+    # the springs give way as F^(2/3), at one and the same contact point
     assert rolls[1] - touching == pytest.approx((rolls[0] - touching) * 1e5 ** (2.0 / 3.0), rel=0.05)
     assert rolls[1] - touching == pytest.approx(-3.6e-5, rel=0.02)
 

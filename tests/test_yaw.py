@@ -89,7 +89,7 @@ def test_opposite_yaw_mirrors_hertz_and_the_patch_along_the_rail(shift, roll):
 
 
 def test_a_yawed_flange_root_touches_ahead_of_the_axle():
-    # the touch point runs ahead by R tan(contact angle) yaw, to first order, and further on a steeper flank
+    # the contact point runs ahead by R tan(contact angle) yaw, to first order, and further on a steeper flank
     ahead = []
     for shift in (2.0, 5.5):
         case = Case(lateral_shift_mm=shift, roll="given", yaw_rad=4e-3)

@@ -16,9 +16,9 @@ from fecontact.console.messages import announce, print_geometry, print_notes, re
 from fecontact.console.options import CONTACT_GROUPS, POSITION_GROUPS, CaseOptions, GridOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.inputs.texts import parse_numbers
+from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import count_text, print_answer
+from fecontact.outputs.terminal import print_answer
 
 
 @add_case_options(*POSITION_GROUPS, "irregular")

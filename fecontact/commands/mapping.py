@@ -22,7 +22,8 @@ from fecontact.console.options import CaseOptions, GridOptions, add_case_options
 from fecontact.console.progress import show_job_progress, show_progress_by_kind
 from fecontact.console.run_messages import report_files, report_reused_jobs
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
-from fecontact.outputs.terminal import count_text, print_parts
+from fecontact.inputs.texts import count_text
+from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
 
 

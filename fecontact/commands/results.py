@@ -11,8 +11,9 @@ from fecontact.console.messages import find_terminal_width, reporting_replaced_f
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import count_text, print_answer, print_parts
+from fecontact.outputs.terminal import print_answer, print_parts
 
 if TYPE_CHECKING:
     from fecontact.runs.judging_again import Judged

@@ -17,8 +17,9 @@ from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress, show_solution_progress
 from fecontact.console.run_messages import report_files, report_reused_jobs, report_unusable_rows
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import count_text, print_parts
+from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
 
 # CPU seconds of the creep forces of a case or a cell, with the loads of its limits, and CPU seconds of their laws.

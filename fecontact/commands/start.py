@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from fecontact.console.messages import print_notes
-from fecontact.outputs.terminal import count_text
+from fecontact.inputs.texts import count_text
 
 
 def guide(topic: str = "", /) -> int:

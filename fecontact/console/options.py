@@ -236,9 +236,11 @@ def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
     description, default = slot.input, f"default {slot.shown_default}"
     if slot.option:
         names = ",".join(f"{member.stems[0]}=..." for member in slots)
-        return f"Opposite side of the wheelset, if it differs: {names}, of which some; {default}."
+        return f"Opposite side of the wheelset, if it differs: one or more of {names}; {default}."
     if is_for_both:
         return f"{description.help} (both bodies): {description.domain}; {default}."
+    if description.alone:
+        return f"{description.help}{f' ({slot.body})' if slot.body else ''}; {default}."
     alternative = ", or the value of both bodies" if slot.both else ""
     return f"{description.help}{f' ({slot.body})' if slot.body else ''}: {description.domain}; {default}{alternative}."
 

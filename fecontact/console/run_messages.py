@@ -9,7 +9,7 @@ from typing import Any
 from fecontact.console.messages import print_reasons, print_result
 from fecontact.console.run_options import RunOptions
 from fecontact.errors import describe_status, is_usable_status
-from fecontact.outputs.terminal import count_text
+from fecontact.inputs.texts import count_text
 
 
 def report_reused_jobs(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:

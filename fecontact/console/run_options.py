@@ -16,18 +16,20 @@ if TYPE_CHECKING:
 @Parameter(name="*", group=PANELS["run"])
 @dataclass(frozen=True, kw_only=True)
 class RunOptions:
-    """How the cases of a study, or the shifts of a map, are worked through.
+    """Options of a run over the cases of a study, or over the shifts of a map.
 
     Attributes
     ----------
     workers
-        Cases, or shifts of a map, at the same time; by default one per core, with at least 2 GB of memory for each.
+        Worker processes, each with one case or one shift of a map at a time; by default one per core, if each has at
+        least 2 GB of memory.
     threads
         Threads per worker.
     force
         Solve finished cases again, and write into a folder that has different results.
     part
-        Solve only part i of N, given as i/N; when all parts are finished, the command without this option joins them.
+        Solve only part i of N, given as i/N. When all parts are finished, run the command without this option to join
+        them.
     scheduler
         Address of a Dask scheduler whose workers share the folder of the results.
     quiet

@@ -194,3 +194,8 @@ FORMER_NAMES = {
     **{f"{body}{name}": text for name, text in _PROFILE_INPUTS.items() for body in ("", "rail_", "wheel_")},
 }
 """Names of inputs from before the first release, with the present input to use; CHANGELOG.md lists these names."""
+
+
+def count_text(number: int, noun: str) -> str:
+    """Number with its noun, in the plural with an s unless the number is 1."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -244,9 +244,9 @@ def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
     if manifest["id"] != name:
         return StoredJob(found=True, problem=f"the folder has the result of different inputs ({manifest['id']})")
     if changes := describe_differences(manifest["solved_by"], origin.solved_by):
-        return StoredJob(found=True, problem=f"made by another version: {changes}")
+        return StoredJob(found=True, problem=f"made by a different version: {changes}")
     changes = describe_differences(manifest["evaluated_by"], origin.evaluated_by)
-    outdated = f"evaluated by another version: {changes}" if changes else None
+    outdated = f"evaluated by a different version: {changes}" if changes else None
     return StoredJob(found=True, outdated=outdated, run=manifest["run"])
 
 

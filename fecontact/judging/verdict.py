@@ -248,7 +248,7 @@ def compare_with_limit(deviation: float, uncertainty: float, limit: float) -> An
     return "HOLDS" if abs(deviation) + uncertainty < limit else "UNRESOLVED"
 
 
-JUNCTION_CAUSE = "curvature undefined at the touch point"
+JUNCTION_CAUSE = "curvature undefined at the contact point"
 """Cause of a verdict at a contact point on a curvature junction, independent of the ladder."""
 
 

@@ -314,7 +314,7 @@ def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float])
 
 
 def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
-    """Colour of a cell: of its answer, or of the fraction of profile variants on which an open verdict holds."""
+    """Colour of a cell: of its answer, or of the fraction of profile variants on which an unresolved verdict holds."""
     if cell.share is None:
         return colours[cell.answer]
     from matplotlib.colors import LinearSegmentedColormap, to_hex

@@ -19,7 +19,7 @@ from fecontact.maps.model import LoadInterval, LoadLimit, MapCell
 
 _Word = TypeVar("_Word", bound=str)
 # Largest distance between the loads on both sides of a limit, as a fraction of the load. The second value is for the
-# loads at which an open verdict begins or ends; these loads follow from the uncertainty and not from the contact.
+# loads at which an unresolved verdict begins or ends; these loads follow from the uncertainty and not from the contact.
 LOAD_TOLERANCE = 0.02
 _OPEN_TOLERANCE = 0.05
 MOST_FURTHER_LOADS = 14
@@ -161,7 +161,7 @@ def _find_guard_load(failing_N: Sequence[float]) -> float | None:
 def _choose_load_between(lower: LoadVerdict, upper: LoadVerdict, tolerance: float) -> float:
     """Load (N) between two loads with different verdicts.
 
-    The load is near the zero of the excess that makes the verdict change, on the side with the larger open range.
+    The load is near the zero of the excess that makes the verdict change, on the side with the larger unresolved range.
 
     Parameters
     ----------

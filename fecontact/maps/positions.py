@@ -275,7 +275,7 @@ def _solve_for_limits(
     while (load_N := choose_load_N()) is not None:
         begin()
         try:
-            # Near a limit every verdict is open: finer meshes would only narrow the open range.
+            # Near a limit every verdict is unresolved: finer meshes would only narrow the unresolved range.
             tried.append(sweep.solve(load_N, refine=False))
         except FecontactError as error:
             return _build_failed_cell(shift, load_N, error)

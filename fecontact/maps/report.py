@@ -113,7 +113,7 @@ def write_map_report(
 def _build_cell_parts(record: TableRecord) -> list[Part]:
     """Parts of a cell: its place, its answer and its measures, without the details of a case.
 
-    The record has the inputs of the case, on which the remedy for an open verdict depends.
+    The record has the inputs of the case, on which the remedy for an unresolved verdict depends.
     """
     place = f"{record['lateral_shift_mm']:+z.2f} mm, {record['load_N'] / 1e3:g} kN"
     if not is_usable_status(record):
@@ -337,7 +337,7 @@ def _describe_load(record: TableRecord) -> list[str]:
 
 
 _ANSWERS_WITHOUT_THEORY = {
-    "UNRESOLVED": "open whether a cheaper theory holds",
+    "UNRESOLVED": "unresolved whether a cheaper theory holds",
     "none": "no theory holds",
     "failed": "could not be solved",
 }

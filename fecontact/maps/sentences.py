@@ -150,7 +150,8 @@ def _add_verbs(limit: str) -> str:
     """Load limits of a table with the verbs of a sentence."""
     limits_text, unit, note = limit.partition(" kN")
     phrases = [
-        f"is {phrase}" if phrase.startswith(("open", "not solved")) else phrase for phrase in limits_text.split(", ")
+        f"is {phrase}" if phrase.startswith(("unresolved", "not solved")) else phrase
+        for phrase in limits_text.split(", ")
     ]
     return f"{', '.join(phrases)}{unit}{note}"
 
@@ -167,7 +168,7 @@ def _describe_cause(position: MapPosition) -> str:
 
 
 def _count_unusable(view: MapView) -> list[str]:
-    """Sentence on the numbers of open cells and cells without a result; empty without such cells."""
+    """Sentence on the numbers of unresolved cells and cells without a result; empty without such cells."""
     answers = [cell.answer for column in view.columns for cell in column.cells]
     counts = ((answers.count("UNRESOLVED"), "unresolved"), (answers.count("failed"), "without a result"))
     phrases = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]

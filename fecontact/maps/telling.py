@@ -217,7 +217,7 @@ def select_judgement(load: JudgedLoad | None, theory: str) -> JudgedLoad | Judge
     -------
     JudgedLoad, Judgement or None
         For Hertz the load itself, or its judgement against yielding bodies. For a theory that does not differ from
-        Hertz, such as springs at a single touch point, the judgement of Hertz. None if the theory has no contact.
+        Hertz, such as springs at a single contact point, the judgement of Hertz. None if the theory has no contact.
     """
     if load is None or theory in load.without:
         return None
@@ -275,8 +275,8 @@ def count_theory_shares(applicability_map: ApplicabilityMap) -> list[Record]:
 
     The theories are those of the pressure.
 
-    The last records are the cells in which the cheapest theory is open, in which no theory holds, and without a usable
-    result.
+    The last records are the cells in which the cheapest theory is unresolved, in which no theory holds, and without a
+    usable result.
 
     Parameters
     ----------
@@ -334,8 +334,8 @@ def build_contact_row(cell: MapCell, placement: Placement | None) -> Record:
     """Row of a contact table for a cell of a map.
 
     The row has the verdict, the cheapest theory that holds with its patches, ellipses, and finite elements. Positions
-    `*_centre_mm` are along the rail's surface from the first touch point. The row has no patches for an unusable cell,
-    or if no theory certainly holds.
+    `*_centre_mm` are along the rail's surface from the first contact point. The row has no patches for an unusable
+    cell, or if no theory certainly holds.
 
     Parameters
     ----------
@@ -387,9 +387,9 @@ def _build_centre_columns(prefix: str, placement: Placement, centre_mm: tuple[fl
 
 
 def _build_patch_columns(patch: TheoryPatch, placement: Placement, total_N: float) -> Record:
-    """Columns of a patch at its touch point.
+    """Columns of a patch at its contact point.
 
-    For a theory without touch points the position is the centre of pressure."""
+    For a theory without contact points the position is the centre of pressure."""
     names = "rail_y_mm wheel_y_mm contact_angle_rad"
     at_centre = zip(names.split(), placement.on_profiles(*patch.centre_mm), strict=True)
     position = dict(at_centre) if patch.touch is None else select_attributes(patch.touch, names)
@@ -397,9 +397,9 @@ def _build_patch_columns(patch: TheoryPatch, placement: Placement, total_N: floa
 
 
 def _build_spring_columns(load: JudgedLoad, placement: Placement) -> dict[int, Record]:
-    """Ellipses that share the load, by number of the touch point.
+    """Ellipses that share the load, by number of the contact point.
 
-    Hertz's ellipse if it carries the whole load; no ellipse at a touch point without load.
+    Hertz's ellipse if it carries the whole load; no ellipse at a contact point without load.
     """
     if MULTI_HERTZ in load.without:
         return {}

@@ -85,7 +85,7 @@ def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
 def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView) -> MapView:
     """View of the cheapest theory or law that holds.
 
-    A stretch between two loads with different answers was not solved. A load with an open answer is unresolved.
+    A stretch between two loads with different answers was not solved. A load without a certain answer is unresolved.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView
         _OPEN: "unresolved",
         BETWEEN_VERDICTS: ANSWER_WORDS[BETWEEN_VERDICTS],
     }
-    marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "open whether it holds")}
+    marks = {_NONE: ("$x$", "none holds"), _LOST: ("$!$", theories.lost), _OPEN: ("$?$", "unresolved")}
     return MapView(
         case=applicability_map.case,
         loads_N=applicability_map.loads_N,
@@ -134,7 +134,7 @@ def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView
         notes=[
             theories.note.format(within=criterion),
             ", ".join(f"{theories.marks[name][0]} {words}" for name, words in words_of.items()),
-            f"? open whether it holds{', x none holds' * (_NONE in cell_answers)}, ! {theories.lost}"
+            f"? unresolved{', x none holds' * (_NONE in cell_answers)}, ! {theories.lost}"
             + f", {_OUT_MARK} {_OUT_WORDS}" * out_of_range,
         ],
     )

@@ -38,7 +38,7 @@ CAUSE_LETTERS = {cause: letter for cause, (letter, _) in CAUSES.items()}
 """Letters of the causes in a map."""
 _SIGNS = {"HOLDS": "+", "FAILS": "x", "UNRESOLVED": "?", "failed": "!"}
 _SIGN_WORDS = "+ holds, x fails, ? unresolved, !"
-_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "open", BETWEEN_VERDICTS: "not solved"}
+_LIMIT_WORDS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "unresolved", BETWEEN_VERDICTS: "not solved"}
 # Fraction of the load up to which the range between two verdicts is left out of texts.
 _OMITTED_RANGE = 0.05
 _OTHER_HOLDS = "*"
@@ -226,7 +226,7 @@ def describe_first_yield(applicability_map: ApplicabilityMap) -> list[str]:
 def list_bands(limit: LoadLimit, open_kN: Collection[float]) -> tuple[Band, ...]:
     """Bands of a load limit: smallest load (kN), largest load (kN) and answer.
 
-    A stretch with an open verdict but without an open load lies between two loads with different verdicts; nothing was
+    An unresolved stretch without an unresolved load lies between two loads with different verdicts; nothing was
     solved there.
 
     Parameters

@@ -35,8 +35,8 @@ INTERPOLATION_ERROR_COLUMNS = {
 def table_row(line: ContactTableRow) -> Record:
     """Flat row of a line of a contact table.
 
-    Touch points come last, numbered from 1, the first touch first. The ellipse has the complete load at the first touch
-    point. Its normal force grows with the approach as the power 1.5.
+    Contact points come last, numbered from 1, the first touch first. The ellipse has the complete load at the first
+    touch point. Its normal force grows with the approach as the power 1.5.
 
     Parameters
     ----------
@@ -104,19 +104,19 @@ def _strip_patch_columns(placement: Placement, strips: TheoryContact) -> Record:
 
 
 def contact_point_columns(placement: Placement, springs: Mapping[int, Record]) -> Record:
-    """Columns of all touch points, numbered from 1.
+    """Columns of all contact points, numbered from 1.
 
     Parameters
     ----------
     placement
-        Placement with the touch points.
+        Placement with the contact points.
     springs
-        Columns of the spring by index of the touch point, from 0.
+        Columns of the spring by index of the contact point, from 0.
 
     Returns
     -------
     Record
-        Columns of all touch points, each with the columns of its spring.
+        Columns of all contact points, each with the columns of its spring.
     """
     contact_points = enumerate(placement.contact_points)
     return flatten(
@@ -128,9 +128,9 @@ def contact_point_columns(placement: Placement, springs: Mapping[int, Record]) -
 
 
 def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Record:
-    """Columns of the spring of a touch point and of its ellipse.
+    """Columns of the spring of a contact point and of its ellipse.
 
-    The ellipse has the force that this touch point takes as one of several springs.
+    The ellipse has the force that this contact point takes as one of several springs.
     """
     springs = (
         [point for point in points.points if point.contact_point_number == touch_index and point.side != "gauge"]
@@ -143,12 +143,12 @@ def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Re
 
 
 def ellipse_columns(shared: HertzContact | None) -> Record:
-    """Columns of the force of a touch point and of its ellipse.
+    """Columns of the force of a contact point and of its ellipse.
 
     Parameters
     ----------
     shared
-        Ellipse under the share of the load; None if the touch point carries no load.
+        Ellipse under the share of the load; None if the contact point carries no load.
 
     Returns
     -------
@@ -172,7 +172,7 @@ def equalise_columns(rows: list[Record]) -> list[Record]:
     Returns
     -------
     list of Record
-        Rows with all columns. The columns of patches and touch points come last, in the order of their numbers.
+        Rows with all columns. The columns of patches and contact points come last, in the order of their numbers.
     """
     columns = list(dict.fromkeys(name for row in rows for name in row))
     columns.sort(key=lambda name: (match[1], int(match[2])) if (match := _NUMBERED.match(name)) else ("", 0))

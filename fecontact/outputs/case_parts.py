@@ -75,7 +75,7 @@ def case_parts(record: TableRecord, title: str = "", *, elements: bool = True) -
 def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     """Iterate over the lines of the answer: verdict, reason and cause.
 
-    If the verdict is open, a line has the remedy.
+    If the verdict is unresolved, a line has the remedy.
     """
     elastic, record = elastic_record(record), requested_record(record)
     verdict, reference = record["verdict"], f" {AGAINST_YIELDING_BODIES}" * _has_plastic_step(record)
@@ -83,10 +83,10 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
     yield f"Hertz {verdict['answer']}{reference}; {deciding_text(record)}"
     other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
     yield f"also failing: {names_text(other_measures)}" if other_measures else ""
-    open_measures = [
+    unresolved_measures = [
         name for name, answer in verdict["each"].items() if answer == "UNRESOLVED" and name != verdict["measure"]
     ]
-    yield f"also undecided: {names_text(open_measures)}" if open_measures else ""
+    yield f"also unresolved: {names_text(unresolved_measures)}" if unresolved_measures else ""
     if reference:
         yield record["plastic"][HERTZ]["cancelling"]
         yield f"{elastic_words(elastic['verdict']['answer'])}; {deciding_text(elastic)}"
@@ -197,7 +197,7 @@ def _elements_verdict_text(record: TableRecord) -> str:
 
 
 def _status_word(answer: str) -> str:
-    return "undecided" if answer == "UNRESOLVED" else "decided"
+    return "unresolved" if answer == "UNRESOLVED" else "decided"
 
 
 def refinement(elements_per_semi_axis: Sequence[float]) -> str:

@@ -1,4 +1,4 @@
-"""Touch points and wheelset geometry over the lateral shift: records, terminal and picture."""
+"""Contact points and wheelset geometry over the lateral shift: records, terminal and picture."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _INPUT_NAMES = (
 
 
 def contact_point_records(placement: Placement) -> Record:
-    """Record of the rigid contact: angle at first touch, and all touch points.
+    """Record of the rigid contact: angle at first touch, and all contact points.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def contact_point_records(placement: Placement) -> Record:
     Returns
     -------
     Record
-        Contact angle in rad, and a record for each touch point.
+        Contact angle in rad, and a record for each contact point.
     """
     return {
         "contact_angle_rad": placement.first.contact_angle_rad,
@@ -55,12 +55,12 @@ def contact_point_records(placement: Placement) -> Record:
 
 
 def contact_point_record(touch: ContactPoint) -> Record:
-    """Record of a touch point with its curvatures.
+    """Record of a contact point with its curvatures.
 
     Parameters
     ----------
     touch
-        Touch point.
+        Contact point.
 
     Returns
     -------
@@ -78,14 +78,14 @@ def contact_point_record(touch: ContactPoint) -> Record:
 
 
 def touch_columns(placement: Placement, touch: ContactPoint) -> Record:
-    """Columns of a touch point.
+    """Columns of a contact point.
 
     Parameters
     ----------
     placement
-        Placement with the touch point.
+        Placement with the contact point.
     touch
-        Touch point.
+        Contact point.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def contact_functions_rows(record: Record) -> list[Record]:
     Returns
     -------
     list of Record
-        Rows with numbered touch points, the left wheel first.
+        Rows with numbered contact points, the left wheel first.
     """
     rows = []
     for position in record["positions"]:
@@ -187,7 +187,7 @@ def contact_functions_rows(record: Record) -> list[Record]:
 
 
 def _side_record(placement: Placement) -> Record:
-    """Record of the touch points of a wheel."""
+    """Record of the contact points of a wheel."""
     return {
         "contact_points": [
             {
@@ -282,7 +282,7 @@ def _conicity_text(value: float) -> str:
 
 
 def _side_table(record: TableRecord, side: str) -> Table:
-    """Table of a side of the wheelset at each shift, by its first touch point."""
+    """Table of a side of the wheelset at each shift, by its first contact point."""
     placed_rows = [(row, row[side]["contact_points"]) for row in record["positions"] if "problem" not in row]
     title = f"The {side} wheel on its rail; lengths in mm, convex radii are positive"
     return make_table(title, _COLUMNS, [{**row, **points[0], "points": len(points)} for row, points in placed_rows])
@@ -294,7 +294,7 @@ _LEFT, _RIGHT, _UNROLLED = SERIES_COLOURS[:3]
 
 
 def draw_contact_functions(case: Case, contact_functions: ContactFunctions, path: str | Path) -> Path:
-    """Draw rolling-radius difference, touch points, contact angles and equivalent conicity.
+    """Draw rolling-radius difference, contact points, contact angles and equivalent conicity.
 
     Parameters
     ----------

@@ -38,7 +38,7 @@ _TOUCH_POINT_COLUMNS = (
 
 
 def hertz_lines(record: TableRecord) -> OutputLines:
-    """Iterate over the outputs of a Hertz record: touch points, ellipses and notes.
+    """Iterate over the outputs of a Hertz record: contact points, ellipses and notes.
 
     At a junction there is an ellipse for each side.
 
@@ -76,7 +76,7 @@ def _shared_load_text(springs: TableRecord) -> str:
 
 
 def contact_point_table(record: TableRecord) -> Table:
-    """Table of the touch points of the rigid bodies, with the radii there.
+    """Table of the contact points of the rigid bodies, with the radii there.
 
     At a junction the second side has a separate line without the place.
 

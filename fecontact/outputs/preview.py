@@ -46,7 +46,7 @@ def preview_record(preview: Preview) -> dict[str, Any]:
 
 
 def junction_records(preview: Preview) -> list[dict[str, Any]]:
-    """Curvature junctions of both profiles, the nearest to the first touch point first.
+    """Curvature junctions of both profiles, the nearest to the first contact point first.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def junction_records(preview: Preview) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Profile, y (mm), and distance (mm) from the first touch point along the profile.
+        Profile, y (mm), and distance (mm) from the first contact point along the profile.
     """
     junctions = [
         {
@@ -80,7 +80,7 @@ def preview_lines(record: TableRecord) -> OutputLines:
     Returns
     -------
     iterator of Table and str
-        Touch points, ellipse, expected patch, junctions, elements and effort.
+        Contact points, ellipse, expected patch, junctions, elements and effort.
     """
     yield from pair_geometry_lines(record)
     (dx, ds), elements = record["element_size_mm"], record["elements"]
@@ -109,7 +109,7 @@ def preview_lines(record: TableRecord) -> OutputLines:
     yield (
         f"elements {dx:.3g} by {ds:.3g} mm, {elements[0]} by {elements[1]} in the fine zone: about"
         f" {round(record['degrees_of_freedom'], -3)} unknowns, {record['cpu_seconds']:.0f} CPU s and"
-        f" {record['memory_GB']:.1f} GB; more if the verdict is open, up to {record['most_unknowns']} unknowns"
+        f" {record['memory_GB']:.1f} GB; more if the verdict is unresolved, up to {record['most_unknowns']} unknowns"
     )
     yield from note_lines(record["notes"])
 

@@ -76,7 +76,7 @@ def question_text(pair: str, criteria: Criteria | None, roll: str = "") -> str:
 def answer_words(verdicts: Sequence[str], noun: str) -> str:
     """Numbers of verdicts in words, such as "Hertz holds in 4 of 9 cases".
 
-    The numbers of failing, open and unusable cases follow.
+    The numbers of failing, unresolved and unusable cases follow.
 
     Parameters
     ----------

@@ -201,8 +201,3 @@ def print_page(text: str, without_links: Callable[[str], str]) -> None:
     from rich.markdown import Markdown
 
     console.print(Markdown(without_links(text), hyperlinks=False))
-
-
-def count_text(number: int, noun: str) -> str:
-    """Number with its noun, in the plural with an s unless the number is 1."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"

@@ -30,7 +30,7 @@ def elastic_words(answer: str) -> str:
 
 Record = Mapping[str, Any]
 
-_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "undecided", "FAILS": "furthest beyond its limit"}
+_NEARNESS_WORDS = {"HOLDS": "nearest to its limit", "UNRESOLVED": "least certain", "FAILS": "furthest beyond its limit"}
 
 
 BY_EACH_VARIANT = " over all profile variants, each of which is judged separately"
@@ -116,7 +116,7 @@ def variant_share_text(lines: Mapping[str, str]) -> str:
     unresolved_count = len(lines) - len(holds) - len(fails)
     statements = [_failing_text(holds, fails)] if fails else []
     if unresolved_count:
-        statements.append(f"it is undecided on {unresolved_count}")
+        statements.append(f"it is unresolved on {unresolved_count}")
     return f"holds on {len(holds)} of {variants_text} ({'; '.join(statements)})"
 
 
@@ -339,7 +339,7 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
 
 
 def remedy_text(record: Record) -> str:
-    """Remedy for an open verdict: finer meshes, or better profiles.
+    """Remedy for an unresolved verdict: finer meshes, or better profiles.
 
     Parameters
     ----------

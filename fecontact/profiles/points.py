@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Profile, ProfileKind, check_shape
 from fecontact.profiles.origin import check_origin
 from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noise_mm, estimate_scatter
@@ -398,10 +399,10 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
     points, repeated = _drop_repeated_points(points)
     if repeated:
-        remarks.append(f"{format_count(repeated, 'repeated point')} left out")
+        remarks.append(f"{count_text(repeated, 'repeated point')} left out")
     if not FEWEST_POINTS <= len(points) <= _LARGEST_POINT_COUNT:
         raise InputError(
-            f"{name}: there are {format_count(len(points), 'different point')}; allowed: {FEWEST_POINTS} to "
+            f"{name}: there are {count_text(len(points), 'different point')}; allowed: {FEWEST_POINTS} to "
             f"{_LARGEST_POINT_COUNT}; give a point every 0.1 to 0.5 mm"
         )
     if points[-1, 0] < points[0, 0]:
@@ -477,7 +478,7 @@ def fit_splines(file_points: ProfilePoints) -> Profile:
     points, corners, remarks = file_points.points, _find_corners(file_points.points), []
     if corners.size:
         where = ", ".join(f"{points[i, 0]:.2f}" for i in corners[:6]) + (" ..." if corners.size > 6 else "")
-        remarks.append(f"split at {format_count(corners.size, 'corner')}: y = {where} mm")
+        remarks.append(f"split at {count_text(corners.size, 'corner')}: y = {where} mm")
     remarks.append(_describe_noise(points))
     pieces = np.split(np.arange(len(points)), corners)
     return build_profile(
@@ -614,7 +615,7 @@ def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list
         if omitted:
             remarks.append(
                 f"the profile turns in beyond its widest point {_format_point(points[end])}: "
-                f"{format_count(omitted, 'point')} cut off"
+                f"{count_text(omitted, 'point')} cut off"
             )
     return points[first : last + 1], remarks
 
@@ -673,7 +674,7 @@ def _remove_wrong_points(
             # a removed point may have been between two equal points
             points, _ = _drop_repeated_points(np.delete(points, [problem.index for problem in removed], axis=0))
     omitted_text = _list_texts([problem.text for problem in left_out])
-    notes = [f"{format_count(len(left_out), 'point')} left out: {omitted_text}"] if left_out else []
+    notes = [f"{count_text(len(left_out), 'point')} left out: {omitted_text}"] if left_out else []
     if doubtful := find_unclear_points(points):
         notes.append(
             f"{_list_texts([problem.text for problem in doubtful])}: wrong points, or two junctions close together; the"
@@ -682,7 +683,7 @@ def _remove_wrong_points(
     is_backward = np.diff(points[:, 0]) <= 0.0
     if is_backward.any():
         notes.append(
-            f"the profile is vertical or overhangs at {format_count(int(is_backward.sum()), 'point')}: kept as a steep"
+            f"the profile is vertical or overhangs at {count_text(int(is_backward.sum()), 'point')}: kept as a steep"
             " side"
         )
     return points, (*left_out, *doubtful), notes
@@ -762,11 +763,6 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
         f"{text}; give each point of the running surface once, in the order along the profile, without the inside of"
         f" the body{mend}"
     )
-
-
-def format_count(number: int, noun: str) -> str:
-    """Format a number with its noun."""
-    return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
 def _list_texts(texts: list[str]) -> str:

@@ -53,14 +53,15 @@ class Reading:
     )
     tape_circle_mm: float | None = number_field(
         None,
-        "y of the file at the tape circle of a wheel, such as 70 if y counts from the back of the flange",
+        "Only for a wheel: y of the file at the tape circle, such as 70 if y counts from the back of the flange",
         low=-1000.0,
         high=1000.0,
         remedy="70 mm from the back of the flange is usual",
     )
     tape_circle_z_mm: float | None = number_field(
         None,
-        "z of the file at the rolling radius of a wheel; if not given, the profile must have z = 0 at the tape circle",
+        "Only for a wheel: z of the file at the rolling radius; if not given, the profile must have z = 0 at the tape"
+        " circle",
         label="height of the tape circle",
         low=-1000.0,
         high=1000.0,

@@ -10,6 +10,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.library import find_library_name, list_names, load_library_profile
 from fecontact.profiles.point_noise import estimate_noise_mm
@@ -20,7 +21,6 @@ from fecontact.profiles.points import (
     check_points,
     drop_close_points,
     fit_splines,
-    format_count,
     is_exact,
     measure_field_side_drop_mm,
     measure_spacing_mm,
@@ -445,7 +445,7 @@ def _describe_omissions(file_points: ProfilePoints, measured: SmoothingResult, c
     beyond_ends = len(file_points.points) - crowded - len(measured.points)
     reasons = [f"{crowded} too close to the previous point"] * (crowded > 0)
     reasons += [f"{beyond_ends} beyond the ends of {measured.nominal}"] * (beyond_ends > 0)
-    return [f"left out of {format_count(len(file_points.points), 'point')}: {', '.join(reasons)}"] if reasons else []
+    return [f"left out of {count_text(len(file_points.points), 'point')}: {', '.join(reasons)}"] if reasons else []
 
 
 def _describe_smoothing(measured: SmoothingResult, reading: Reading) -> str:

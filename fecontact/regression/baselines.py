@@ -11,7 +11,8 @@ import pandas
 
 from fecontact.errors import InputError, is_usable_status
 from fecontact.files import write_json, write_text
-from fecontact.regression.compare import TableComparison, compare_tables, format_count
+from fecontact.inputs.texts import count_text
+from fecontact.regression.compare import TableComparison, compare_tables
 from fecontact.regression.tables import (
     EFFORT_KIND,
     TEXT_KIND,
@@ -116,7 +117,7 @@ def _check_status(table: ResultTable, allow_failed: bool) -> None:
     unusable = [f"{case}: {row['status']}" for case, row in rows.items() if not is_usable_status(row)]
     if unusable and not allow_failed:
         raise InputError(
-            f"results {table.path}: not converged: {len(unusable)} of {format_count(len(table.rows), 'case')}"
+            f"results {table.path}: not converged: {len(unusable)} of {count_text(len(table.rows), 'case')}"
             f" ({unusable[0]}); correct the study, or accept these cases with --allow-failed"
         )
 
@@ -124,10 +125,10 @@ def _check_status(table: ResultTable, allow_failed: bool) -> None:
 def _compare_with_old(path: Path, table: ResultTable) -> tuple[TableComparison | None, str]:
     """Comparison with an old baseline, and a text of the changes."""
     if not path.is_file():
-        return None, f"new baseline of {format_count(len(table.rows), 'case')}"
+        return None, f"new baseline of {count_text(len(table.rows), 'case')}"
     old = load_table(path)
     if not old.rows.index.isin(table.rows.index).any():
-        return None, f"{format_count(len(old.rows), 'case')} replaced by {format_count(len(table.rows), 'new case')}"
+        return None, f"{count_text(len(old.rows), 'case')} replaced by {count_text(len(table.rows), 'new case')}"
     comparison = compare_tables(old, table)
     return comparison, comparison.verdict
 

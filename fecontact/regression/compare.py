@@ -12,6 +12,7 @@ import numpy as np
 import pandas
 
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.regression.tables import (
     LATER_COLUMN_PREFIXES,
     TEXT_KIND,
@@ -230,7 +231,7 @@ class TableComparison:
     @property
     def verdict(self) -> str:
         """The outcome in a single line."""
-        common_text = f"{format_count(len(self.cases), 'case')}, {format_count(len(self.columns), 'column')}"
+        common_text = f"{count_text(len(self.cases), 'case')}, {count_text(len(self.columns), 'column')}"
         if self.same:
             worst = self.columns.iloc[0]
             if worst.times_tolerance == 0.0:
@@ -244,20 +245,13 @@ class TableComparison:
                 f" ({worst.times_tolerance:.3g} times its tolerance)" if math.isfinite(worst.times_tolerance) else ""
             )
             outcomes = [
-                f"{format_count(len(self.differences), 'value')} beyond tolerance",
+                f"{count_text(len(self.differences), 'value')} beyond tolerance",
                 f"worst {worst.column}{times_text}",
             ]
         outcomes += [
-            format_count(len(names), side_name.removesuffix("s"))
-            for side_name, names in self.one_sided.items()
-            if names
+            count_text(len(names), side_name.removesuffix("s")) for side_name, names in self.one_sided.items() if names
         ]
         return f"DIFFERENT: {', '.join(outcomes)} ({common_text} in common)"
-
-
-def format_count(number_of: int, noun: str) -> str:
-    """Number with its noun, such as "1 case" or "2 cases"."""
-    return f"{number_of} {noun}{'' if number_of == 1 else 's'}"
 
 
 def compare_tables(

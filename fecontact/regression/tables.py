@@ -341,7 +341,7 @@ def _read_document(path: Path) -> Mapping[str, Any]:
         # An escape may stand for half a character, which can be written neither to a terminal nor to a report.
         json.dumps(document, ensure_ascii=False).encode("utf-8")
     except UnicodeEncodeError as error:
-        raise InputError(f"results {path}: no JSON ({error}); {_REMEDY}") from error
+        raise InputError(f"results {path} is not valid JSON ({error}); {_REMEDY}") from error
     return document
 
 

@@ -33,7 +33,7 @@ def hertz(case: Case) -> Record:
     Returns
     -------
     dict
-        Record of Hertz. `hertz` is the ellipse that a result is compared with. `ellipses` has every touch point, and
+        Record of Hertz. `hertz` is the ellipse that a result is compared with. `ellipses` has every contact point, and
         both sides of a junction, as if each carried the whole load. If the surfaces conform there is no ellipse, and
         `problem` gives the reason.
 

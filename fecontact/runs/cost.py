@@ -50,7 +50,7 @@ class Cost:
         workers = f"{self.workers} worker{'s' * (self.workers != 1)}"
         expected = (
             f"about {format_duration(self.seconds)} with {workers} and {self.memory_GB:.1f} GB per worker; up to"
-            f" {format_duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB if verdicts stay open"
+            f" {format_duration(self.most_seconds)} and {self.most_memory_GB:.1f} GB if verdicts stay unresolved"
         )
         if self.most_memory_GB * self.workers <= self.available_GB:
             return (expected,)

@@ -11,6 +11,7 @@ from typing import Any
 
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, describe_failure, has_numbers, is_usable_status
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.jobs.workers import count_default_workers, has_single_thread, open_evaluators
 from fecontact.outputs.pair_names import VARIED_COLUMN
@@ -18,7 +19,6 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
-from fecontact.outputs.terminal import count_text
 from fecontact.runs.casefile import list_result_files
 from fecontact.runs.report import report_judged
 from fecontact.runs.store import RECORD_FILE, ROW_FILE, name_case_folder, read_case

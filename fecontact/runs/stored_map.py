@@ -12,6 +12,7 @@ from typing import Any
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
@@ -20,7 +21,6 @@ from fecontact.maps.report import format_map_lines, write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, build_map_record
 from fecontact.maps.views import refuse_measure
 from fecontact.outputs.parts import Part
-from fecontact.outputs.terminal import count_text
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import name_position_folder, read_position
 from fecontact.runs.store import read_solution, read_stored_case, refuse_changed_files

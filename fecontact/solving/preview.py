@@ -78,7 +78,7 @@ class Preview:
         )
 
     def _repr_html_(self) -> str:
-        """HTML for a notebook: summary, and a table of the touch points.
+        """HTML for a notebook: summary, and a table of the contact points.
 
         Positions on both profiles are in mm, contact angles in mrad.
         """

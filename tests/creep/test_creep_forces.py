@@ -253,12 +253,12 @@ def test_a_patch_beside_the_touch_point_feels_the_spin():
         assert not isinstance(force, str)
         assert calculate_force_difference(force, force_there, comparison.limit_N) < 4e-3, theory
         if force.mz_Nmm is not None and force_there.mz_Nmm is not None:
-            # about the touch point
+            # about the contact point
             about = force_there.mz_Nmm - offset_mm * force_there.fx_N
             assert force.mz_Nmm == pytest.approx(about, abs=0.02 * offset_mm * comparison.limit_N), theory
     assert len(comparison.verdict.decided) == 2
     assert comparison.verdict.decided[0].deviation_of_muN >= comparison.verdict.decided[1].deviation_of_muN
-    # an ellipse at the touch point has no force along the track, that patch has
+    # an ellipse at the contact point has no force along the track, that patch has
     assert comparison.verdict.verdict.answer == "FAILS"
     assert comparison.verdict.deviation[FORCE_MEASURE] > 0.2
     assert comparison.verdict.verdict.cause == DISPLACED_CENTRE
@@ -273,7 +273,7 @@ def test_separate_patches_are_warned_of_and_have_their_own_creepages():
     # both pull along the track, one forward and one back, and turn the wheel
     assert abs(force.fx_N) < 1e-3 * comparison.limit_N
     assert force.mz_Nmm < -offset_mm * 0.5 * comparison.limit_N
-    # their common centre is the touch point, with its creepages
+    # their common centre is the contact point, with its creepages
     assert (comparison.verdict.verdict.answer, comparison.verdict.verdict.cause) == ("FAILS", PATCH_SHAPE)
 
 

@@ -545,7 +545,7 @@ def curved(plane: Creepages, xi, spin) -> CurvedCreepages:
 
 @pytest.mark.parametrize("more_spin", [0.0, -2e-4])
 def test_fastsim_over_a_cone_is_that_over_the_plane(more_spin):
-    # two patches beside the touch point, also along
+    # two patches beside the contact point, also along
     x, y = np.linspace(-9.0, 11.0, 201), np.linspace(-7.0, 12.0, 191)
     cone, two = (1 - ((x[:, None] - at) / a) ** 2 - ((y - c) / b) ** 2 for at, a, c, b in ((2, 8, 2, 3), (0, 6, 9, 2)))
     pressure = 1000 * np.sqrt(np.maximum(cone, 0)) + 600 * np.sqrt(np.maximum(two, 0))

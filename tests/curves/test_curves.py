@@ -947,7 +947,7 @@ def test_springs_at_contact_points_have_no_equilibrium_at_some_radii_which_stand
     assert {curve["status"] for curve in curves_of if curve["theory"] == "overlap"} == {"equilibrium"}
     curves_by_radius = {curve["radius_m"]: curve for curve in curves_of if curve["theory"] == "multi_hertz"}
     assert [radius for radius, curve in curves_by_radius.items() if curve["status"] == "no equilibrium"] == [5000.0]
-    # where the touch point on the arc of R 300 vanishes under load
+    # where the contact point on the arc of R 300 vanishes under load
     assert "smallest residual" in curves_by_radius[5000.0]["notes"][0]
     assert curves_by_radius[5000.0]["left_over_N"] > 1e3
     assert curves_by_radius[10_000.0]["path_ends_m"] == []

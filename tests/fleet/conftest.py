@@ -37,7 +37,7 @@ def plant_truth(monkeypatch) -> Callable[[Made], None]:
             for case in study.cases:
                 answer = fleet.answer(case)
                 verdict = {"verdict_answer": "UNRESOLVED" if answer == "OPEN" else answer, "verdict_cause": None}
-                lost = {"status": "failed: no touch point"}
+                lost = {"status": "failed: no contact point"}
                 row = lost if answer == "UNSOLVED" else verdict | {"status": "converged"}
                 rows.append({"id": "", **row, "hertz_deviation_p_max_percent": 1.0})
             return Outcome(tuple(rows), recomputed={})

@@ -42,11 +42,11 @@ def test_sample_and_report(fleet, opened, capsys):
 
 def test_a_sample_says_which_positions_were_not_solved_and_why(fleet, opened, capsys, monkeypatch):
     """Exit code 3 for unsolved positions of a sample."""
-    rows = [{"id": "one", "status": "converged"}, {"id": "two", "status": "failed: no touch point"}]
+    rows = [{"id": "one", "status": "converged"}, {"id": "two", "status": "failed: no contact point"}]
     outcome = StudyOutcome(rows=tuple(rows), conclusion=None)
     monkeypatch.setattr("fecontact.features.fleet.sampling.solve_sample", lambda *_: outcome)
     assert call(["fleet", "sample", opened, "--finite-elements", "60"]) == 3
-    assert "1 of 2 positions not solved:\n  two: failed: no touch point\n" in capsys.readouterr().err
+    assert "1 of 2 positions not solved:\n  two: failed: no contact point\n" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def test_a_population_that_grew_is_drawn_again(fleet, sampled):
         (ELEMENTS_STATUS, "FAILS", "FAILS"),
         (ELEMENTS_STATUS, "UNRESOLVED", "UNSOLVED"),
         ("not converged", "UNRESOLVED", "UNSOLVED"),
-        ("failed: no touch point", None, "UNSOLVED"),
+        ("failed: no contact point", None, "UNSOLVED"),
     ],
 )
 def test_a_certain_failure_counts_as_one(fleet, monkeypatch, status, answer, answer_kept):

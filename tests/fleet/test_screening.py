@@ -138,7 +138,7 @@ def test_conicity_is_that_of_the_wheelset_and_concentration_that_of_cones():
     case = Case(wheel="CONE40", rail="60E1", inclination_rad=0.0)
     wheelset = make_wheelset(case)
     conicity, concentration = screening.calculate_conicity_and_concentration(wheelset)
-    # a cone of 1:40 rolls like one, wherever it touches; its touch point moves by the turn of the rail alone
+    # a cone of 1:40 rolls like one, wherever it touches; its contact point moves by the turn of the rail alone
     assert conicity == pytest.approx(1.0 / 40.0, rel=2e-3)
     assert concentration == 1.0
     conicities = [

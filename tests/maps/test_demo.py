@@ -40,9 +40,9 @@ FILES = ("Map:     ", "Report:  ", "ParaView:", "Table:   ")
 
 @pytest.fixture(scope="module")
 def base_map():
-    """A map where Hertz holds at one touch point, and fails at two.
+    """A map where Hertz holds at one contact point, and fails at two.
 
-    Springs hold at the two touch points.
+    Springs hold at the two contact points.
     """
     case = replace(BASE_CASE)
     return ApplicabilityMap(case=case, loads_N=(50e3,), positions=(position(-4.0), position(5.0)))

@@ -1130,7 +1130,7 @@ def test_map_table_has_a_line_for_each_position(fresh):
     # where the loads come to lie that were tried hangs on the last digit of the stated uncertainty
     (limit,) = (position_read.limit for position_read in fresh.positions if position_read.lateral_shift_mm == 0.0)
     low, high = (f"{position_read.high_N / 1e3:.4g}" for position_read in limit.intervals[:2])
-    assert lines[3].endswith(f"xp  +6.0   holds 10 to {low}, open {low} to {high}, fails {high} to 150 kN")
+    assert lines[3].endswith(f"xp  +6.0   holds 10 to {low}, unresolved {low} to {high}, fails {high} to 150 kN")
     (limit,) = (position_read.limit for position_read in fresh.positions if position_read.lateral_shift_mm == 2.0)
     low, high = (f"{position_read.high_N / 1e3:.4g}" for position_read in limit.intervals[:2])
     assert lines[5].endswith(f"fails {high} to 150 kN (64.23 kN: failed: a limit that cannot be solved)")
@@ -1178,7 +1178,7 @@ def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark)
     line = format_map_table(
         build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,)))
     ).splitlines()[1]
-    word = "fails" if answer == "FAILS" else "open"
+    word = "fails" if answer == "FAILS" else "unresolved"
     assert line == f"   +0.00  {mark}{letter}  +0.0   {word} 100 kN"
 
 
@@ -1193,7 +1193,7 @@ def test_the_table_shows_the_measure_that_decided(measure, letter, answer, mark)
                     *((116.2, 118.3, "UNRESOLVED"), (118.3, 118.3, "HOLDS")),
                 ]
             )),
-            "holds 20 to 30.6, open 30.6 to 31.16, fails 31.16 to 116.2, holds 118.3 kN",
+            "holds 20 to 30.6, unresolved 30.6 to 31.16, fails 31.16 to 116.2, holds 118.3 kN",
         ),
         (LoadLimit(intervals=OPEN_BETWEEN[:1], note="29.0 kN: not converged"), "holds 10 kN (29.0 kN: not converged)"),
         (LoadLimit(reason="no load could be solved"), "no load could be solved"),
@@ -1638,7 +1638,7 @@ def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     assert FakeSweep.solved == []
     assert (
         list(outcome.recomputed.values())
-        == ["evaluated by another version: criterion p_max 0.05 -> 0.9, criterion area 0.1 -> 0.95"] * 2
+        == ["evaluated by a different version: criterion p_max 0.05 -> 0.9, criterion area 0.1 -> 0.95"] * 2
     )
     assert outcome.reused == ()
     fresh = fresh_map([0.0, 1.0], TWO_SIDES, case)
@@ -1687,7 +1687,7 @@ DAMAGES = [
     (lambda folder: edited(folder / "stored.json", lambda text: "[]"), "does not have the layout"),
     (
         lambda folder: edited(folder / "stored.json", lambda text: text.replace('"fecontact": "', '"fecontact": "x')),
-        "another version: fecontact x",
+        "different version: fecontact x",
     ),
 ]
 
@@ -1840,7 +1840,7 @@ def test_stored_arrays_are_the_same_bytes_each_time(tmp_path):
     [
         ROUND,
         Case(),
-        # two touch points, and one at a junction, which has two curvatures
+        # two contact points, and one at a junction, which has two curvatures
         Case(lateral_shift_mm=5.5, yaw_rad=0.01, roll_rad=0.001),
         replace(ROUND, rail="arcs:300/80@0"),
         # the flange stands on the rail beyond its steepest place

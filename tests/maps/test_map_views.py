@@ -60,9 +60,9 @@ def position(shift_mm, load_N=LOAD_N, **limits):
 
 @pytest.fixture(scope="module")
 def base_map():
-    """A map with one touch point, with two touch points, and without a result.
+    """A map with one contact point, with two contact points, and without a result.
 
-    Hertz holds at one touch point. At two touch points only springs hold.
+    Hertz holds at one contact point. At two contact points only springs hold.
     """
     lost = MapCell(lateral_shift_mm=6.0, load_N=LOAD_N, status="failed: no memory")
     positions = (
@@ -96,7 +96,7 @@ def test_every_measure_has_a_letter_of_its_own_that_is_no_sign():
 def test_a_map_of_any_theory(base_map):
     hertz, springs = build_verdict_view(base_map), build_verdict_view(base_map, MULTI_HERTZ)
     assert [cell.answer for cell in cells_of(hertz)] == ["HOLDS", "FAILS", "failed"]
-    # at one touch point springs are Hertz
+    # at one contact point springs are Hertz
     assert [cell.answer for cell in cells_of(springs)] == ["HOLDS", "HOLDS", "failed"]
     assert [cell.diamond for cell in cells_of(hertz)] == [False, True, False]
     assert not any(cell.diamond for cell in cells_of(springs))
@@ -302,8 +302,8 @@ def test_contacts_of_a_map_are_those_of_theories_alone(base_map, tmp_path, monke
     assert [row["cheapest_theory"] for row in (single, several, lost)] == [HERTZ, MULTI_HERTZ, ""]
     assert [row["verdict"] for row in (single, several, lost)] == ["HOLDS", "FAILS", "failed"]
     assert {name for name, value in lost.items() if value} == {"lateral_shift_mm", "load_kN", "status", "verdict"}
-    # touch points and springs of a table are found from the pair and the load alone; pressures on a round rail have
-    # other directions than the touch point, so that their normal force is some 1e-5 off
+    # contact points and springs of a table are found from the pair and the load alone; pressures on a round rail have
+    # other directions than the contact point, so that their normal force is some 1e-5 off
     alone = fecontact.table(base_map.case, [-4.0, 5.0], [LOAD_N])
     for row, same in zip((single, several), alone, strict=True):
         shared = [name for name in row if name.startswith("touch") and isinstance(same.get(name), float)]
@@ -312,7 +312,7 @@ def test_contacts_of_a_map_are_those_of_theories_alone(base_map, tmp_path, monke
         assert float(row["fe_p_max_MPa"]) == pytest.approx(same["strip_p_max_MPa"], rel=2e-3)
         assert numbers(row, "fe_a_mm", "fe_b_mm") == pytest.approx([same["strip_a_mm"], same["strip_b_mm"]], rel=0.05)
         assert float(row["fe_centre_mm"]) == pytest.approx(same["strip_centre_mm"], abs=0.02)
-    # a patch lies where its touch point was found, the centre of pressure as far beside it on both profiles
+    # a patch lies where its contact point was found, the centre of pressure as far beside it on both profiles
     places = ("rail_y_mm", "wheel_y_mm", "contact_angle_rad")
     touch = numbers(single, *(f"touch1_{name}" for name in places))
     assert numbers(single, *(f"patch1_{name}" for name in places)) == pytest.approx(touch, abs=1e-9)
@@ -320,7 +320,7 @@ def test_contacts_of_a_map_are_those_of_theories_alone(base_map, tmp_path, monke
     assert [at_centre - at for at_centre, at in zip(centre, touch, strict=False)] == pytest.approx(
         [float(single["fe_centre_mm"])] * 2, abs=1e-4
     )
-    # the patch of the larger force comes first: it is that of the second touch point
+    # the patch of the larger force comes first: it is that of the second contact point
     forces = numbers(several, "touch1_spring_force_N", "touch2_spring_force_N")
     shares = numbers(several, "patch2_load_share", "patch1_load_share")
     assert shares == pytest.approx([force / sum(forces) for force in forces])
@@ -364,7 +364,7 @@ def test_the_answer_of_a_map_is_a_few_sentences(base_map):
         "At -0.5 and 0 mm it holds up to 20 and 50 kN, where the pressure has a second lobe.",
         "At 0.5 mm it fails at all loads, where the finite bodies change the pressure.",
         "At 1 mm it fails 20, is not solved 20 to 50, holds 50 to 100 kN.",
-        "At 1.5 mm it holds 20, is open 20 to 100, holds 100 kN.",
+        "At 1.5 mm it holds 20, is unresolved 20 to 100, holds 100 kN.",
         "At 2 mm there is no result.",
         "Of 27 cells, 1 is unresolved and 3 are without a result.",
     ]
@@ -376,7 +376,7 @@ def test_the_answer_of_a_map_is_a_few_sentences(base_map):
     assert write_map_answer(partly, "pressure")[0] == "At 0 mm Hertz holds 20 kN (50 kN: failed: no memory)."
     assert (
         write_map_answer(verdicts(base_map, [0.0], [20, 50], ["oo"]), "pressure")[0]
-        == "At 0 mm Hertz is open 20 to 50 kN."
+        == "At 0 mm Hertz is unresolved 20 to 50 kN."
     )
     assert write_map_answer(verdicts(base_map, [0.0], [50], ["h"]), "pressure") == [
         "At 0 mm Hertz holds at all loads (50 kN)."

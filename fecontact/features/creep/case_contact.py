@@ -55,7 +55,7 @@ def make_real_patch(rung: Rung, patch: Patch, pair: RollingPair) -> CreepPatch:
 
 
 def calculate_case_creepages(case: Case, placement: Placement) -> Creepages:
-    """Creepages of the wheel against the rail at the first touch point.
+    """Creepages of the wheel against the rail at the first contact point.
 
     They are in the contact frame.
 

@@ -65,10 +65,10 @@ class CreepComparison:
     friction, limit_N
         Friction coefficient, and Coulomb's largest force mu N.
     creepages
-        Creepages at the first touch point.
+        Creepages at the first contact point.
     centre_creepages
-        Creepages at the centre of pressure of the real patch: spin about the touch point moves this centre along. Over
-        curved surfaces their mean over the load.
+        Creepages at the centre of pressure of the real patch: spin about the contact point moves this centre along.
+        Over curved surfaces their mean over the load.
     curved, surface_of_muN
         Whether the creepages on the real patch follow the curved surfaces (`calculate_curved_creepages`), and the
         largest change of FASTSIM's force by the curved surfaces, over mu N, over the creepages of the verdict.

@@ -42,7 +42,7 @@ SCREENING_THEORY, DECIDING_THEORY = "fastsim", "rolling_half_space"
 
 The screening theory finds the deviations to 1 or 2 % of mu N.
 """
-DISPLACED_CENTRE, PATCH_SHAPE = "centre of pressure beside the touch point", "shape of the patch"
+DISPLACED_CENTRE, PATCH_SHAPE = "centre of pressure beside the contact point", "shape of the patch"
 """Causes of a failure.
 
 With spin, a displaced patch has different creepages (`DISPLACED_CENTRE`). All other causes are `PATCH_SHAPE`.
@@ -61,7 +61,7 @@ _SURFACE_POINTS = 401
 
 
 ForceDeviationFunction: TypeAlias = Callable[[Creepages], float]
-"""Deviation of a force over mu N at creepages of the first touch point; NaN if a theory does not cover them."""
+"""Deviation of a force over mu N at creepages of the first contact point; NaN if a theory does not cover them."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -75,7 +75,7 @@ class RollingLoad:
     comparison_patches
         For the uncertainty: the patch of the next coarser mesh, and the patch of another reading of the finest mesh.
     creepages
-        Creepages at the first touch point.
+        Creepages at the first contact point.
     surface
         Creepages over the curved surfaces.
     creep
@@ -114,12 +114,12 @@ class RollingLoad:
         return calculate_force_difference(first, second, self.limit_N)
 
     def motion(self, creepages: Creepages) -> CreepageField:
-        """Creepages over the real patch for creepages at the first touch point.
+        """Creepages over the real patch for creepages at the first contact point.
 
         Parameters
         ----------
         creepages
-            Creepages at the first touch point.
+            Creepages at the first contact point.
 
         Returns
         -------
@@ -283,7 +283,7 @@ def judge_hertz_ellipse(rolling: RollingLoad) -> ForceJudgement:
 def _find_cause(rolling: RollingLoad, worst: ForceDeviation) -> str | None:
     """The larger of two changes of FASTSIM's force: by the creepages of the real patch, or by its shape.
 
-    The first change is from the creepages at the touch point to the mean creepages of the real patch, both on Hertz's
+    The first change is from the creepages at the contact point to the mean creepages of the real patch, both on Hertz's
     ellipse. The second change is from Hertz's ellipse to the real patch. None if FASTSIM does not cover a patch.
     """
     motion = rolling.motion(worst.creepages)

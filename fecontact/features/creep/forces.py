@@ -54,7 +54,7 @@ class CreepPatch:
     Attributes
     ----------
     ellipse, centre_mm
-        Ellipse of the contact, and position of its centre from the first touch point, along x and across.
+        Ellipse of the contact, and position of its centre from the first contact point, along x and across.
     pieces
         Separate patches in strips.
     cells
@@ -68,7 +68,7 @@ class CreepPatch:
 
 
 def make_ellipse_patch(contact: RollingEllipse) -> CreepPatch:
-    """Hertz's pressure on an ellipse at the first touch point.
+    """Hertz's pressure on an ellipse at the first contact point.
 
     Parameters
     ----------
@@ -122,9 +122,9 @@ def make_hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
 
 
 def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageField) -> CreepForce:
-    """Force of a theory at creepages of the first touch point, or over curved surfaces.
+    """Force of a theory at creepages of the first contact point, or over curved surfaces.
 
-    The moment is about the first touch point. The laws of an ellipse use the creepages at its centre, or over curved
+    The moment is about the first contact point. The laws of an ellipse use the creepages at its centre, or over curved
     surfaces the mean weighted by the load.
 
     Parameters
@@ -134,7 +134,7 @@ def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageFie
     patch
         Contact that rolls.
     creepages
-        Creepages at the first touch point, or over curved surfaces.
+        Creepages at the first contact point, or over curved surfaces.
 
     Returns
     -------
@@ -188,7 +188,7 @@ def calculate_creep_forces(patch: CreepPatch, creepages: CreepageField) -> Mappi
     patch
         Contact that rolls.
     creepages
-        Creepages at the first touch point, or over curved surfaces.
+        Creepages at the first contact point, or over curved surfaces.
 
     Returns
     -------
@@ -233,7 +233,7 @@ _ROUNDING = 1e-12
 
 
 def calculate_wheelset_creepages(placement: Placement, speed_ratio: float = 1.0) -> Creepages:
-    """Creepages at the first touch point of a wheelset that runs along the track.
+    """Creepages at the first contact point of a wheelset that runs along the track.
 
     The wheelset turns about its axle.
 
@@ -251,7 +251,7 @@ def calculate_wheelset_creepages(placement: Placement, speed_ratio: float = 1.0)
 
     Notes
     -----
-    The velocity of the rigid wheel at the touch point, over the running speed, has three terms: 1 along x, the
+    The velocity of the rigid wheel at the contact point, over the running speed, has three terms: 1 along x, the
     rotation, and the velocity along z that keeps the wheel on the rail. For a wheelset without yaw and roll xi = 1 -
     speed_ratio r / r0 and spin = -speed_ratio sin(contact angle) / r0, with the rolling radius r, and r0 at the tape
     circle.
@@ -288,9 +288,9 @@ def calculate_curved_creepages(
     placement
         Wheel on rail.
     plane
-        Creepages at the first touch point.
+        Creepages at the first contact point.
     s_mm : ndarray of shape (n,)
-        Places across, uniform, on the rail's surface from the first touch point.
+        Places across, uniform, on the rail's surface from the first contact point.
     speed_ratio
         Speed of rotation over the speed at which the tape circle rolls without slip.
 
@@ -325,11 +325,11 @@ def calculate_slip_off_plane(arms_mm: Floats, s_mm: Floats, turning_per_mm: Floa
     Parameters
     ----------
     arms_mm, s_mm : ndarrays of shapes (n, 3), (n,)
-        Points of the curve from the touch point, and their arc length.
+        Points of the curve from the contact point, and their arc length.
     turning_per_mm : ndarray of shape (3,)
         Angular velocity of the wheel over the running speed.
     normal : ndarray of shape (3,)
-        Normal at the touch point.
+        Normal at the contact point.
 
     Returns
     -------

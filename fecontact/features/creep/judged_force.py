@@ -16,12 +16,12 @@ FORCE_MEASURE = "force"
 
 @dataclass(frozen=True, kw_only=True)
 class ForceDeviation:
-    """Deviation of a force at creepages of the first touch point, with its uncertainty.
+    """Deviation of a force at creepages of the first contact point, with its uncertainty.
 
     Attributes
     ----------
     creepages
-        Creepages at the first touch point.
+        Creepages at the first contact point.
     deviation_of_muN, uncertainty_of_muN
         Size of the difference of forces and its uncertainty, over mu N; NaN if there is no value.
     """

@@ -102,7 +102,7 @@ def judge_creep_laws(load: JudgedLoad, placement: Placement) -> dict[str, ForceJ
 
 
 def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> dict[str, _ForceLaw]:
-    """Force of each law as a function of the creepages at the first touch point.
+    """Force of each law as a function of the creepages at the first contact point.
 
     `ellipses` are the patches of the multi-Hertzian theory; without ellipses this law is left out.
     """
@@ -121,7 +121,7 @@ def _make_force_laws(rolling: RollingLoad, ellipses: Sequence[TheoryPatch]) -> d
 
         def add_patch_forces(creepages: Creepages) -> CreepForce:
             """Sum of the forces on the patches of multi-Hertz, by FASTSIM on each patch."""
-            # each patch has the creepages of its touch point; forces across are along the arc of the surface
+            # each patch has the creepages of its contact point; forces across are along the arc of the surface
             motion = rolling.motion(creepages)
             forces_on_patches = [
                 calculate_creep_force("fastsim", patch, motion.at(*centre_mm)) for patch, centre_mm in patches

@@ -12,9 +12,9 @@ from fecontact.console.messages import reporting_replaced_files
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.inputs.texts import parse_numbers
+from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import count_text, print_answer
+from fecontact.outputs.terminal import print_answer
 
 
 @Parameter(name="*")
@@ -25,7 +25,7 @@ class CurveOptions:
     Attributes
     ----------
     vehicle
-        wheelset (free, 60 kN per wheel), manchester, metro, or a TOML file in the same format.
+        wheelset (a free wheelset, 60 kN per wheel), manchester, metro, or a TOML file in the same format.
     bogie
         Bogie of the vehicle: leading or trailing.
     radii
@@ -62,30 +62,36 @@ class CurveOptions:
     map: Path | None = None
     workers: int = 1
 
-    def read_radii(self) -> dict[float, float] | tuple[float, ...]:
+    def read_radii(self) -> dict[float, float]:
         """Read the radii in m, with the share of the way of each radius.
 
         Returns
         -------
-        dict or tuple
-            Shares by radius; radii alone if a radius is there twice.
+        dict
+            Shares by radius.
 
         Raises
         ------
         InputError
-            If the number of shares differs from the number of radii.
+            If a radius is repeated, or the number of shares differs from the number of radii.
         """
-        radius_values = parse_numbers(self.radii, "radii")
-        share_values = parse_numbers(self.shares, "shares") if self.shares else [1.0] * len(radius_values)
+        radius_values = _parse_terms(self.radii, "radii")
+        if repeated := sorted({radius for radius in radius_values if radius_values.count(radius) > 1}):
+            raise InputError(
+                f"radii {self.radii!r}: {', '.join(f'{radius:g}' for radius in repeated)} m is there more than once;"
+                " give each radius once"
+            )
+        share_values = _parse_terms(self.shares, "shares") if self.shares else [1.0] * len(radius_values)
         if len(share_values) != len(radius_values):
             raise InputError(
                 f"number of shares is {len(share_values)}; allowed: {len(radius_values)}, a share >= 0 for each radius"
             )
-        return (
-            dict(zip(radius_values, share_values, strict=True))
-            if len(set(radius_values)) == len(radius_values)
-            else radius_values
-        )
+        return dict(zip(radius_values, share_values, strict=True))
+
+
+def _parse_terms(text: str, name: str) -> list[float]:
+    """Numbers of a comma list with ranges; equal numbers are kept."""
+    return [number for term in text.split(",") for number in parse_numbers(term, name)]
 
 
 _DEFAULT_OPTIONS = CurveOptions()

@@ -280,7 +280,8 @@ def _interpolate_cubic(fraction: Floats, start: Floats, end: Floats, start_rate:
 
 # --- Normal forces of an overlap by theories, under their names in `contact_theories.registry`.
 
-# Half of the chord over which the curvature at a touch point is measured: at the point itself it jumps from arc to arc.
+# Half of the chord over which the curvature at a contact point is measured: at the point itself it jumps from arc to
+# arc.
 _HALF_CHORD_MM = 1.5
 _MIN_CURVATURE_PER_MM = 1e-4
 _ELLIPSE_STRIPS = 20

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 from fecontact.features.curves.sentences import describe_difference, describe_paths
+
+# Characters of a title that fit across the picture: 12 inches at a font size of 10.
+_TITLE_CHARACTERS = 150
 
 
 def draw_curves(results: CurveResults, path: str | Path) -> Path:
@@ -59,7 +63,8 @@ def draw_curves(results: CurveResults, path: str | Path) -> Path:
     headline = [*map(describe_difference, results.differences), *describe_paths(results)]
     radius = f", R {1.0 / curvatures.pop():g} m" if len(curvatures) == 1 else ""
     settings = f"{_make_title(results)}{radius}, friction {results.conditions.friction:g}"
-    figure.suptitle("\n".join([*headline, settings]), fontsize=10)
+    title_lines = [line for text in (*headline, settings) for line in textwrap.wrap(text, _TITLE_CHARACTERS)]
+    figure.suptitle("\n".join(title_lines), fontsize=10)
     return save_figure(figure, Path(path))
 
 

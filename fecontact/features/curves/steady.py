@@ -170,7 +170,7 @@ def make_straight_start(vehicle: Vehicle, track: TrackConditions, shifts_mm: Seq
     """Make a start with wheelsets at given shifts, without yaw.
 
     The wheels are pressed into the rails, and the roll follows from the difference of their heights. They roll without
-    slip on the mean radius at the first touch points of the rigid wheels.
+    slip on the mean radius at the first contact points of the rigid wheels.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ from fecontact.console.progress import show_job_progress
 from fecontact.console.run_messages import report_reused_jobs, report_unusable_rows
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.errors import InputError
-from fecontact.outputs.terminal import count_text
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.terminal import print_answer as tell
 from fecontact.packages import require_finite_elements
 
@@ -45,6 +45,7 @@ def sample(
         )
     case_of = open_fleet(folder).case
     drawn_positions = draw_sample(folder, finite_elements, seed)
+    surplus = len(drawn_positions.rows) - finite_elements
     with log_command(folder / "sample" / "run.log"):
         changed = f"; {drawn_positions.dropped} earlier draws are not in this population" * (
             drawn_positions.dropped > 0
@@ -53,6 +54,12 @@ def sample(
             f"{count_text(len(drawn_positions.rows), 'position')}, {drawn_positions.new} of them new{changed}",
             quiet=how.quiet,
         )
+        if surplus > 0:
+            announce(
+                f"more than --finite-elements {finite_elements}: each stratum of the screen has at least two positions,"
+                " and earlier draws are kept",
+                quiet=how.quiet,
+            )
         cases, workers = (
             make_cases(drawn_positions, case_of),
             how.workers or min(count_default_workers(), len(drawn_positions.rows)),

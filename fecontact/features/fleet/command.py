@@ -34,12 +34,14 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         Folder for profiles.parquet (a row for each file, refused files included), screen/part-*.parquet (a row for each
         position) and fleet.json. A file that you add later costs only the time of this file and its pairs.
     """
-    from fecontact.features.fleet.running import run_fleet
+    from fecontact.features.fleet.running import refuse_part, run_fleet
 
+    settings = how.settings()
+    refuse_part(settings)
     with log_command(out / "run.log"):
         announce_cost(file, how)
         with show_progress_by_kind("files", "pairs", quiet=how.quiet) as progress:
-            screening = run_fleet(file, out, settings=how.settings(), progress=progress)
+            screening = run_fleet(file, out, settings=settings, progress=progress)
         print_result(screening.headline, quiet=how.quiet)
         if screening.reused:
             print_result(

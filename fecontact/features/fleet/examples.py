@@ -21,6 +21,8 @@ from fecontact.profiles.examples import format_points, make_worn_points
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
 _RADII_M = (300.0, 500.0, 1000.0, 3000.0, 10_000.0)
 _MOST_PROFILES = 10_000
+# Half-width about the tape circle in which the height of a wheel is read.
+_TREAD_MM = 5.0
 _FLEET_TEMPLATE = """theory = ${theory}
 filters_mm = ${filters_mm}
 
@@ -106,5 +108,12 @@ def _write_worn_points(
     """
     centre_mm, noise = float(random.normal(*place_mm)), float(random.uniform(0.004, 0.012))
     description = f"{name}, worn by {wear_mm:.3f} mm about y = {centre_mm:.1f} mm, noise {1e3 * noise:.1f} um"
-    write_text(folder / file, format_points(make_worn_points(name, centre_mm, wear_mm, noise, random), description))
+    points = make_worn_points(name, centre_mm, wear_mm, noise, random)
+    if file.startswith("wheels/"):
+        # An instrument measures a wheel from its tape circle, y = 0: readers refuse a wheel that is worn there by more
+        # than 0.5 mm, if z = 0 is the surface of the new wheel.
+        tread = points[np.abs(points[:, 0]) < _TREAD_MM]
+        tread = tread[tread[:, 0].argsort()]
+        points -= (0.0, float(np.interp(0.0, tread[:, 0], tread[:, 1])))
+    write_text(folder / file, format_points(points, description))
     return file

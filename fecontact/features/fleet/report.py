@@ -17,6 +17,7 @@ from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.files import write_text
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.flat_records import Record
@@ -43,7 +44,6 @@ from fecontact.outputs.tables import (
     text_column,
     write_csv,
 )
-from fecontact.outputs.terminal import count_text
 from fecontact.solving.placing import place_case
 
 if TYPE_CHECKING:
@@ -96,7 +96,7 @@ def write_headline(answer: FleetAnswer) -> str:
     Returns
     -------
     str
-        Shares at which Hertz holds, is open or could not be solved, and the share of files that could not be read.
+        Shares at which Hertz holds, is unresolved or could not be solved, and the share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
     refused_files = sum(row["files"] for row in answer.files if row["status"] == "refused")
@@ -106,12 +106,12 @@ def write_headline(answer: FleetAnswer) -> str:
     if not population.drawn:
         return (
             f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
-            f" {format_percent(screen['fails'])} %; {format_percent(screen['open'])} % are open and"
+            f" {format_percent(screen['fails'])} %; {format_percent(screen['open'])} % are unresolved and"
             f" {format_percent(screen['refused'])} % {_UNSOLVED_TEXT}; {files}"
         )
     return (
         f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions;"
-        f" {format_interval(population.share(OPEN))} are open and {format_interval(population.share(UNSOLVED))}"
+        f" {format_interval(population.share(OPEN))} are unresolved and {format_interval(population.share(UNSOLVED))}"
         f" {_UNSOLVED_TEXT}; {files}"
     )
 
@@ -135,13 +135,13 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
     if population.drawn:
         yield (
             f"{population.drawn} of these positions were drawn and solved by finite elements; intervals are for 95 %."
-            f" For any verdict of the open and unsolved positions, Hertz holds in {low} to {high} % (interval limits"
-            " included)."
+            f" For any verdict of the unresolved and unsolved positions, Hertz holds in {low} to {high} %"
+            " (interval limits included)."
         )
     else:
         yield (
-            f"For any verdict of the open and refused positions, Hertz holds in {low} to {high} % by the screen. The"
-            " accuracy of the screen is unknown; measure it with finite elements: fecontact fleet sample FOLDER"
+            f"For any verdict of the unresolved and refused positions, Hertz holds in {low} to {high} % by the screen."
+            " The accuracy of the screen is unknown; measure it with finite elements: fecontact fleet sample FOLDER"
         )
     if answer.network:
         share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
@@ -252,10 +252,10 @@ def _describe_screening(answer: FleetAnswer) -> Iterator[str]:
         yield f"The accuracy of the screen ({theory}) is unknown, because no position was solved by finite elements."
         return
     yield (
-        f"Positions were drawn from four strata by the verdict of the screen ({theory}) and its margin: near is open,"
-        " or a margin of less than two uncertainties. Each position counts with its weight divided by its probability"
-        " of being drawn. Limits of a stratum are exact. Without a contradiction, the upper limit is above"
-        " zero unless all positions of the stratum were drawn."
+        f"Positions were drawn from four strata by the verdict of the screen ({theory}) and its margin. A position is"
+        " near if it is unresolved, or if its margin is less than two uncertainties. Each position counts with its"
+        " weight divided by its probability of being drawn. Limits of a stratum are exact. Without a contradiction, the"
+        " upper limit is above zero unless all positions of the stratum were drawn."
     )
 
 
@@ -316,12 +316,12 @@ _GROUP_COLUMNS = [
     number_column("drawn", "drawn"),
     _make_interval_column("Hertz holds\n%", "holds"),
     text_column(
-        "open holds\nor fails %",
+        "unresolved holds\nor fails %",
         lambda row: " to ".join(format_percent(row[f"bound_{end}_percent"] / 1e2) for end in ("low", "high")),
         "number",
     ),
 ]
-_WORDS_WITHOUT_THEORY = {"OPEN": "open", "none": "none"}
+_WORDS_WITHOUT_THEORY = {"OPEN": "unresolved", "none": "none"}
 _THEORY_COLUMNS = [
     text_column(
         "",
@@ -335,7 +335,7 @@ _WORST_PAIR_COLUMNS = [
     text_column("wheel", lambda row: short_name(row["wheel"])),
     text_column("rail", lambda row: short_name(row["rail"])),
     _make_percent_column("holds\n%", lambda row: row["holds"] or 0.0),
-    _make_percent_column("open\n%", lambda row: row["open"] or 0.0, rank=1, name="open"),
+    _make_percent_column("unresolved\n%", lambda row: row["open"] or 0.0, rank=1, name="open"),
     number_column("shift\nmm", "shift_mm"),
     number_column("load\nkN", "load_kN"),
     number_column("margin", "margin", "{:.1f}", rank=2, name="margin"),
@@ -345,7 +345,11 @@ _STRATUM_COLUMNS = [
     text_column("screen", "stratum"),
     number_column("weight\n%", "weight_percent", "{:.1f}"),
     number_column("positions", "positions"),
-    *(number_column(name, name) for name in ("drawn", "holds", "fails", "open", "unsolved")),
+    number_column("drawn", "drawn"),
+    number_column("holds", "holds"),
+    number_column("fails", "fails"),
+    number_column("unresolved", "open"),
+    number_column("unsolved", "unsolved"),
     number_column("contradict\nthe screen", "discordant"),
     _make_interval_column("of decided\npositions %", "discordant"),
 ]
@@ -367,7 +371,7 @@ _NOTE_COLUMNS = [
 
 
 def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
-    """Table of shares over shift and load, with open shares in brackets."""
+    """Table of shares over shift and load, with unresolved shares in brackets."""
     loads = sorted({row["load"] for row in cells})
     by_shift: dict[float, dict[float, str]] = defaultdict(dict)
     for row in cells:
@@ -378,11 +382,11 @@ def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
         {"shift": shift, **{f"{load:g}": text_of_load for load, text_of_load in texts.items()}}
         for shift, texts in by_shift.items()
     ]
-    return make_table("Pairs for which Hertz holds, in % by weight (open pairs in brackets)", columns, table_rows)
+    return make_table("Pairs for which Hertz holds, in % by weight (unresolved pairs in brackets)", columns, table_rows)
 
 
 def _format_cell(row: RowMapping) -> str:
-    """Text of a cell: the share that holds, with the open share in brackets."""
+    """Text of a cell: the share that holds, with the unresolved share in brackets."""
     opened = f" ({format_percent(row['open'])})" if row["open"] else ""
     return f"{format_percent(row['holds'] or 0.0)}{opened}"
 
@@ -443,11 +447,11 @@ def draw_groups(answer: FleetAnswer) -> Figure:
     figure = blank_figure(8.0, 1.2 + 0.3 * len(rows))
     ax = figure.add_subplot()
     positions = np.arange(len(rows))
-    holds, undecided = (
+    holds, unknown = (
         np.array([sum(row[f"screen_{name}_percent"] for name in names) for row in rows])
         for names in (("holds",), ("open", "refused"))
     )
-    ax.barh(positions, undecided, left=holds, height=0.25, color=ANSWER_COLOURS["failed"], label="open or refused")
+    ax.barh(positions, unknown, left=holds, height=0.25, color=ANSWER_COLOURS["failed"], label="unresolved or refused")
     ax.plot(holds, positions, ls="none", **series_style(1), label="screen")
     solved_rows = [(position, row) for position, row in enumerate(rows) if row["drawn"]]
     if solved_rows:

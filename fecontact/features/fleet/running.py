@@ -68,6 +68,27 @@ class FleetScreening:
         return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
 
 
+def refuse_part(settings: RunSettings) -> None:
+    """Refuse a part of a run, because a fleet cannot be divided.
+
+    Parameters
+    ----------
+    settings
+        Settings of the run.
+
+    Raises
+    ------
+    InputError
+        If the settings have a part.
+    """
+    if settings.part is not None:
+        number, count = settings.part
+        raise InputError(
+            f"--part is {number}/{count}; a fleet cannot be screened in parts; leave out --part, or use --scheduler for"
+            " several machines"
+        )
+
+
 def run_fleet(
     fleet: str | Path, out: str | Path, *, settings: RunSettings | None = None, progress: Progresses | None = None
 ) -> FleetScreening:
@@ -112,8 +133,7 @@ def run_fleet(
     path, folder = Path(fleet), Path(out)
     import_arrow("parquet")
     definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
-    if settings.part is not None:
-        raise InputError("--part is not allowed for a fleet; leave it out, or use --scheduler for several machines")
+    refuse_part(settings)
     candidate_list = [
         mark_unusable(definition, with_radius(definition, candidate))
         for body in BODIES

@@ -60,7 +60,7 @@ class ScreenedVariant:
         Parameters
         ----------
         name
-            Name of the theory; for Hertz the worse answer of both sides of the touch point counts.
+            Name of the theory; for Hertz the worse answer of both sides of the contact point counts.
 
         Returns
         -------

@@ -13,9 +13,9 @@ from fecontact.console.messages import print_geometry, print_notes, reporting_re
 from fecontact.console.options import POSITION_GROUPS, CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.inputs.texts import parse_numbers
+from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import count_text, print_answer
+from fecontact.outputs.terminal import print_answer
 
 
 @Parameter(name="*")
@@ -67,8 +67,8 @@ def irregular(
 ) -> int:
     """Hertz's spring (eq. 6) and similar models over corrugation, flats and welds, against the half-space (no mesh).
 
-    With wavelengths and amplitudes the result is a map of the models that hold. With a single irregularity it is the
-    force of each model along it.
+    With wavelengths and amplitudes the result is a map of the models that hold. With a single irregularity,
+    the result is the force of each model at each position along it.
 
     Parameters
     ----------

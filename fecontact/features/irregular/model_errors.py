@@ -472,7 +472,7 @@ def _interpolate_amplitude(amplitudes: Sequence[float], worst: Sequence[float], 
     return float(low * (high / low) ** fraction)
 
 
-# --- Smooth pair of a case, on which models of an irregularity are judged: Hertz's bodies at the first touch point.
+# --- Smooth pair of a case, on which models of an irregularity are judged: Hertz's bodies at the first contact point.
 
 # Amplitude (mm) of a wave with practically no height, to compare the half-space with Hertz's closed form.
 _FLAT_AMPLITUDE_MM = 1e-9
@@ -480,7 +480,7 @@ _FLAT_AMPLITUDE_MM = 1e-9
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SmoothPair:
-    """Hertz's bodies at the first touch point of a case.
+    """Hertz's bodies at the first contact point of a case.
 
     Attributes
     ----------
@@ -508,7 +508,7 @@ class SmoothPair:
 
 
 def make_smooth_pair(case: Case) -> SmoothPair:
-    """Make the smooth pair of a case from the curvatures at the first touch point.
+    """Make the smooth pair of a case from the curvatures at the first contact point.
 
     Other properties of the profiles are not used for the pair.
 

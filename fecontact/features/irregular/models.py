@@ -238,7 +238,7 @@ def compute_filtered_force_N(place: IrregularPlace, approach_mm: float) -> float
 
 
 def estimate_local(place: IrregularPlace) -> ModelEstimate:
-    """Estimate the contact by Hertz at each rigid touch point, with the curvature there.
+    """Estimate the contact by Hertz at each rigid contact point, with the curvature there.
 
     The springs share the load.
 
@@ -425,7 +425,7 @@ def _compute_spring_force_N(place: IrregularPlace, d_mm: float) -> float:
 
 
 def _describe_edge_contact(place: IrregularPlace) -> str:
-    """Reason why there is no curvature at the touch point; empty if there is a curvature."""
+    """Reason why there is no curvature at the contact point; empty if there is a curvature."""
     if is_on_edge(place.touches, place.kinks_mm, place.reach_mm):
         return "the rigid wheel touches an edge, where the curvature is undefined"
     return ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from fecontact.outputs.terminal import count_text
+from fecontact.inputs.texts import count_text
 
 if TYPE_CHECKING:
     from fecontact.outputs.terminal import OutputLines

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import make_table, number_column, text_column
-from fecontact.outputs.terminal import count_text
 
 if TYPE_CHECKING:
     import pandas

@@ -84,7 +84,7 @@ def case_inches(fields: PressureFields) -> tuple[float, float]:
 def draw_case(figure: Figure, record: TableRecord, placement: Placement, fields: PressureFields) -> None:
     """Draw a result into a figure: the head with the verdict, maps, cuts and words.
 
-    Maps show the rail's surface around the first touch point: finite elements, Hertz (with equal scales) and their
+    Maps show the rail's surface around the first contact point: finite elements, Hertz (with equal scales) and their
     difference, with the outlines of both patches. Cuts pass through the peak of the finite elements. Below the lateral
     cut is the rail, true to scale. All parts have fixed places within `case_inches`, because a layout engine would
     double the time.
@@ -232,7 +232,7 @@ def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats],
 def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
     """Draw the rail below the cut, true to scale.
 
-    The range of s is equal to the range of the cut. The picture is in the frame of the first touch point.
+    The range of s is equal to the range of the cut. The picture is in the frame of the first contact point.
     """
     low, high = fields.limits_mm(across=True)
     s = np.linspace(low, high, 300)
@@ -260,7 +260,7 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
 def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
     """Positions s (mm) of the junctions of a profile.
 
-    The wheel's profile lies on the rail's profile near the touch point.
+    The wheel's profile lies on the rail's profile near the contact point.
     """
     return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 

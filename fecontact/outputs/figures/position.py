@@ -1,4 +1,4 @@
-"""Section of rail and wheel through the first touch point, and picture of a preview."""
+"""Section of rail and wheel through the first contact point, and picture of a preview."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-# --- Section of rail and wheel through the first touch point.
+# --- Section of rail and wheel through the first contact point.
 
 SectionLines = Mapping[str, tuple[Floats, Floats]]
-# The wheel is drawn up to this distance from the touch point.
+# The wheel is drawn up to this distance from the contact point.
 _DRAWN_DISTANCE_MM = 75.0
 
 
 def pair_figure(placement: Placement) -> Figure:
-    """Draw rail and wheel in section through the first touch point, true to scale.
+    """Draw rail and wheel in section through the first contact point, true to scale.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def pair_figure(placement: Placement) -> Figure:
     Returns
     -------
     Figure
-        Figure with all touch points.
+        Figure with all contact points.
     """
     lines = section_lines(placement, _DRAWN_DISTANCE_MM)
     (rail_y, rail_z), (wheel_y, wheel_z) = lines["rail"], lines["wheel"]
@@ -56,14 +56,14 @@ def pair_figure(placement: Placement) -> Figure:
 
 
 def section_lines(placement: Placement, about_mm: float = np.inf) -> SectionLines:
-    """Lines (y, z) in mm of rail and wheel near the first touch point.
+    """Lines (y, z) in mm of rail and wheel near the first contact point.
 
     Parameters
     ----------
     placement
         Placement of the pair.
     about_mm
-        Largest lateral distance from the first touch point.
+        Largest lateral distance from the first contact point.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def section_lines(placement: Placement, about_mm: float = np.inf) -> SectionLine
 
 
 def draw_section(ax: Axes, placement: Placement, lines: SectionLines) -> None:
-    """Draw rail and wheel with their touch points; the first touch point is filled.
+    """Draw rail and wheel with their contact points; the first contact point is filled.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def draw_preview(preview: Preview, path: str | Path) -> Path:
 
 
 def _draw_curvatures(ax: Axes, preview: Preview, reach: float) -> None:
-    """Draw the curvatures of rail and wheel over the distance from the touch point.
+    """Draw the curvatures of rail and wheel over the distance from the contact point.
 
     Curvatures are positive if convex.
     """

@@ -115,8 +115,8 @@ def draw_pressure(
 ) -> None:
     """Draw a pressure map over the rail's surface into axes.
 
-    The map has the outlines of both patches and a cross at the first touch point. The lobes of the finite elements are
-    numbered above their centres of pressure, the lobe with the largest force first.
+    The map has the outlines of both patches and a cross at the first contact point. The lobes of the finite elements
+    are numbered above their centres of pressure, the lobe with the largest force first.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def draw_pressure(
     _draw_outlines(ax, fields)
     _draw_lobes(ax, lobes)
     for colour, width in (("black", 3.0), ("white", 1.4)):
-        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first touch point")
+        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first contact point")
     # with a given place matplotlib does not search for a place in each drawing
     ax.set_title(
         f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
@@ -217,7 +217,7 @@ def _draw_lobes(ax: Axes, lobes: Sequence[TableRecord]) -> None:
     for number, lobe in enumerate(lobes, start=1):
         x, s = lobe["centre_mm"]
         box = {"fc": "white", "ec": "black", "boxstyle": "circle,pad=0.15", "lw": 0.8}
-        # above the centre, since the touch point may be at the centre
+        # above the centre, since the contact point may be at the centre
         ax.annotate(
             str(number),
             (s, x),

@@ -25,7 +25,7 @@ def relief_picture(load: JudgedLoad, placement: Placement) -> Picture:
     """Picture of the pressure on the rail as a coloured relief.
 
     The pressure on the finer nodes is raised along the normals of the rail, and Hertz's ellipse is drawn too. Lengths
-    are in mm from the first touch point, pressures in whole MPa. If there are more than 110 lines of nodes along or
+    are in mm from the first contact point, pressures in whole MPa. If there are more than 110 lines of nodes along or
     across, every second line, every third line and so on are shown.
 
     Parameters

@@ -1,4 +1,4 @@
-"""Picture of a study over the lateral shift: peak pressures, deviations of Hertz, touch points."""
+"""Picture of a study over the lateral shift: peak pressures, deviations of Hertz, contact points."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _UNUSABLE_STYLE: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": 
 def draw_study(
     rows: Sequence[RowMapping], path: str | Path, rail: Profile | None = None, criteria: Criteria | None = None
 ) -> Path:
-    """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and touch points on the rail.
+    """Draw a study over the lateral shift: peak pressures, deviations of Hertz, and contact points on the rail.
 
     If all cases have one shift, they are placed side by side in their order, with the varied inputs below each case.
 
@@ -50,7 +50,7 @@ def draw_study(
     fraction of the limit. If not, they are drawn for peak and area, in percent. Each series has a colour and a mark. If
     there are more series than colours, they are not named. Neighbours are not joined by a line if the contact jumps
     between them. A row with a status other than `converged` is a cross without a line, at its value, or at the bottom
-    of the first panel if it has no value. The junctions of `rail` are drawn beside the touch points.
+    of the first panel if it has no value. The junctions of `rail` are drawn beside the contact points.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _draw_series(
 
 
 def _find_jumps(group: Sequence[RowMapping]) -> NDArray[np.int64]:
-    """Numbers of the rows before which the touch point jumps.
+    """Numbers of the rows before which the contact point jumps.
 
     A jump is a movement by more than the width of the narrower Hertz ellipse of both rows.
     """
@@ -279,7 +279,7 @@ def _finish_study(
 
 
 def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
-    """Draw the curvature junctions of the rail near the touch points, with their radii.
+    """Draw the curvature junctions of the rail near the contact points, with their radii.
 
     Each junction is a horizontal line at its lateral position in mm, with the radii on its left and right. The limits
     of the axis are widened for the texts.

@@ -122,7 +122,7 @@ def ellipse_lines(result: CaseResult) -> Any:
     """Edges of Hertz's ellipses as lines of pyvista.
 
     They are `LINE_LIFT_MM` above the relief of the judged pressure. The cell array `lobe` is 0 for the ellipse at the
-    first touch point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
+    first contact point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
     their own forces.
 
     Parameters

@@ -9,7 +9,7 @@ from fecontact.outputs.flat_records import Record
 
 
 def judgements_of_other_theories(load: JudgedLoad) -> dict[str, Judgement]:
-    """Judgements of all theories except Hertz's ellipse at the first touch point."""
+    """Judgements of all theories except Hertz's ellipse at the first contact point."""
     return {name: judgement for name, judgement in load.judgements.items() if name not in HERTZ_OF_EACH_SIDE}
 
 

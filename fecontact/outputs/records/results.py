@@ -387,7 +387,7 @@ def hertz_record(hertz_alone: HertzEvaluation) -> Record:
     Parameters
     ----------
     hertz_alone
-        Ellipses at all touch points.
+        Ellipses at all contact points.
 
     Returns
     -------

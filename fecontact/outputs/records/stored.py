@@ -260,7 +260,7 @@ def placement_record(placement: Placement) -> Record:
     Returns
     -------
     Record
-        Poses of both bodies, touch points, and limits of flange climbing.
+        Poses of both bodies, contact points, and limits of flange climbing.
     """
     names = ("rail", "wheel", "contact_points", "climbs", "other_climbs")
     record = {name: _to_plain(getattr(placement, name), {}, name) for name in names}
@@ -274,7 +274,7 @@ def placement_record(placement: Placement) -> Record:
 def placement_from_record(record: Mapping[str, Any], rail: Profile, wheel: Profile) -> Placement:
     """Restore a placement from its record and the profiles.
 
-    Touch points are read from the record; nothing is searched.
+    Contact points are read from the record; nothing is searched.
 
     Parameters
     ----------

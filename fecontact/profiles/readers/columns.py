@@ -12,8 +12,9 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
+from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size
-from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points, format_count
+from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points
 from fecontact.profiles.reading import MM_PER_UNIT, Reading, suggest_option
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
@@ -271,7 +272,7 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
             remarks.append(number)
         elif len(fields) != width:
             raise InputError(
-                f"{where}: {format_count(len(fields), 'column')} instead of {width} in {line[:_LETTERS_SHOWN]!r}; "
+                f"{where}: {count_text(len(fields), 'column')} instead of {width} in {line[:_LETTERS_SHOWN]!r}; "
                 "give all lines the same number of columns, and start comments with #"
             )
         values.append(_parse_pair([fields[column] for column in chosen], where, line, comma=has_commas))
@@ -431,7 +432,7 @@ def _choose_columns(
         if len(columns) != 2 or columns[0] == columns[1] or not all(0 <= column < count for column in columns):
             raise InputError(
                 f"{source.what}: columns {shorten_text(reading.columns)!r} do not select two of the "
-                f"{format_count(count, 'column')}"
+                f"{count_text(count, 'column')}"
                 f"{' ' + ', '.join(stems[:12]) if stems else ''}; give two numbers from 1 to {count}, such as"
                 f" --{source.kind}-columns 1,2"
             )
@@ -447,7 +448,7 @@ def _choose_columns(
         "; commas separate columns and decimals: write decimal points" if "," in line and "." not in line else ""
     )
     raise InputError(
-        f"{source.what}, line {number}: {format_count(count, 'column')} instead of 2 in {line[:_LETTERS_SHOWN]!r}; "
+        f"{source.what}, line {number}: {count_text(count, 'column')} instead of 2 in {line[:_LETTERS_SHOWN]!r}; "
         f"state which columns are y and z: {source.remedy('columns', _guess_columns(rows))}{comma_text}"
     )
 
@@ -536,7 +537,11 @@ def convert_to_mm(
     if tape_circle_mm:
         notes.append(f"y is measured from the tape circle, which is at y = {tape_circle_mm:g} mm of the file")
     if reading.mirror:
-        notes.append("not mirrored: y keeps its sign" if mirror else "mirrored: the sign of y is reversed")
+        notes.append(
+            "mirrored: y keeps the sign of the file, because this format is mirrored without the option"
+            if mirror
+            else "mirrored: the sign of y is reversed"
+        )
     # far beyond the largest allowed coordinate, but finite after a multiplication
     largest = 1e12 * LARGEST_COORDINATE_MM
     points = np.clip(np.column_stack((y, z)), -largest, largest) * factor - (tape_circle_mm, 0.0)
