@@ -26,6 +26,7 @@ from fuzz_commands import LONGEST_MESSAGE, Ended, no_numbers, run
 
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.judging.verdict import compare_with_limit
+from fecontact.outputs.theory_records import judged_theories
 from fecontact.profiles.library import list_names
 
 SLOWEST_S = 400.0
@@ -269,19 +270,18 @@ def _contradictions(record: dict[str, Any]) -> Iterator[str]:
     utilisation = max(abs(record["theories"][side]["deviation"][measure]) / limit for measure, limit in limits.items())
     if not math.isclose(utilisation, verdict["limit_utilisation"], rel_tol=1e-9):
         yield f"{verdict['limit_utilisation']} of a limit against {utilisation} by its numbers"
-    against = (
-        {side: verdict, "plastic": record["plastic"]["hertz"]["verdict"]} if "plastic" in record else {side: verdict}
-    )
+    plastic = {} if record["plastic"] is None else {"plastic": record["plastic"]["hertz"]["verdict"]}
+    against = {side: verdict, **plastic}
     for name, judgement in against.items():
         answers = set(judgement["each"].values())
         worst = next(answer for answer in ("FAILS", "UNRESOLVED", "HOLDS") if answer in answers)
         # numbers that must not be used leave it open, but for a failure that the half-space makes certain
         if judgement["answer"] != worst and record["status"] == "converged" and name != "plastic":
             yield f"{name} {judgement['answer']} where the worst measure {worst}"
-    if "plastic" in record:
+    if record["plastic"] is not None:
         yield from _number_contradictions("plastic", record["plastic"]["hertz"], limits)
     yield from _number_contradictions("elements", record["elements"]["hertz"], limits)
-    for name, theory in record["theories"].items():
+    for name, theory in judged_theories(record).items():
         yield from _number_contradictions(name, theory, limits)
 
 

@@ -165,10 +165,10 @@ def twice_of(load, placement):
     "telling": """
 from fecontact.outputs.style import blank_figure, save_figure
 from fecontact.outputs.parts import Telling
-from fecontact.outputs.tables import number
+from fecontact.outputs.tables import number_column
 
 TWICE = Telling(
-    columns=(number("twice", "twice_peak_MPa"),),
+    columns=(number_column("twice", "twice_peak_MPa"),),
     parts=lambda record: [f"twice the peak is {record['peak_MPa']:.0f} MPa"],
 )
 

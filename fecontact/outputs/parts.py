@@ -152,7 +152,7 @@ class Telling:
         Function from the feature's values of a load to a record.
     keys
         Declarations of the record's keys and of its columns in tables, as TOML (`outputs/records/result_keys.toml`).
-        Without declarations the record has any keys and no columns.
+        Without declarations the record has any keys, and all of its numbers and texts are columns.
     columns
         Columns of the table of verdicts, which is made of rows.
     parts

@@ -926,7 +926,7 @@ def test_numbers_of_a_map_come_from_its_workers_alone(tmp_path, monkeypatch):
         pytest.fail("evaluated by the process that only writes")
 
     monkeypatch.setattr(map_positions, "read_stored", evaluated)
-    for name in ("theory.judge_theory", "judge.offered", "judge.judge_lobes"):
+    for name in ("theory.judge_theory", "judge.load_offers", "judge.judge_lobes"):
         monkeypatch.setattr(f"fecontact.judging.{name}", evaluated)
     settings = RunSettings(workers=1)
     map_made = map_by(ROUND, [0.0], [50e3], tmp_path, settings=settings, work=PlantedWork).made

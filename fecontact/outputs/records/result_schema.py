@@ -172,6 +172,17 @@ def _split(declaration: str) -> tuple[str, str, str]:
     return type_name, meaning, places
 
 
+def undeclared_features() -> tuple[str, ...]:
+    """Names of the features whose keys are not declared.
+
+    Returns
+    -------
+    tuple of str
+        Names; all numbers and texts of their records are columns of tables.
+    """
+    return tuple(name for name, telling in load_offers("TELLINGS").items() if not telling.keys)
+
+
 def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
     """Record with all keys of a shape.
 

@@ -33,7 +33,7 @@ from fecontact.outputs.flat_records import Record, flatten, select_attributes, t
 from fecontact.outputs.geometry import contact_point_records
 from fecontact.outputs.pair_geometry import pair_geometry_record
 from fecontact.outputs.records.cheapest import cheapest_columns, find_cheapest_of_load
-from fecontact.outputs.records.result_schema import complete_record, list_columns
+from fecontact.outputs.records.result_schema import complete_record, list_columns, undeclared_features
 from fecontact.outputs.theory_records import has_measures, judged_theories
 from fecontact.placement.irregularity import format_irregularity
 from fecontact.placement.wheel_on_rail import Placement
@@ -506,8 +506,11 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
 
 
 def _select_columns(group: str, columns: Record) -> Row:
-    """Declared columns of a flat record, in the declared order."""
-    return {name: columns[name] for name in list_columns(group) if name in columns}
+    """Declared columns of a flat record in the declared order, then those of features without declarations."""
+    prefixes = tuple(f"{feature}_" for feature in undeclared_features())
+    return {name: columns[name] for name in list_columns(group) if name in columns} | {
+        name: value for name, value in columns.items() if name.startswith(prefixes)
+    }
 
 
 def input_columns(case: Case, placement: Placement | None = None) -> Row:
