@@ -235,7 +235,7 @@ def survey(chosen_positions: list[Position]) -> list[SurveyResult]:
             for filter_mm, deviation in position.deviations.items()
             for name, value in deviation.items()
         }
-        answers, band = [*verdict.lines.values()], variants.find_shifts(HERTZ).band(variants.own.p_max_MPa)
+        answers, band = [*verdict.variant_answers.values()], variants.find_shifts(HERTZ).band(variants.own.p_max_MPa)
         assert band is not None
         seconds = time.process_time() - start
         results.append(

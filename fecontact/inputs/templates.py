@@ -98,7 +98,10 @@ def _format_toml(described: Input, value: Any) -> str:
 
 
 def _format_python(described: Input, value: Any) -> str:
-    """Value of an input as a Python expression, with the exponent of the unit that users write."""
+    """Value of an input as a Python expression.
+
+    A load of 100 kN is `100e3`, so that the number is the number in the unit that users write.
+    """
     if isinstance(described, Number) and described.factor != 1.0 and not described.forms and value is not None:
         return f"{described.shown(value)}e{-round(math.log10(described.factor))}"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -1,0 +1,46 @@
+"""File of an example fleet: each default in it is the default of its input."""
+
+from test_features import copied, python
+from test_templates import replace_default
+
+from fecontact.features.fleet.examples import write_fleet
+
+EXPECTED = """\
+# Example of a fleet: worn copies of library profiles with noise.
+seed = 3
+theory = "strip"
+filters_mm = [4, 8]
+
+[wheels]
+files = "wheels.csv"
+
+[rails]
+files = "rails.csv"
+
+[shifts_mm]
+normal = [0.0, 2.0]
+count = 5
+
+[loads_kN]
+values = [60, 100]
+
+[case]
+inclination = "1:40"
+"""
+
+
+def test_the_example_has_the_text_of_each_default(tmp_path):
+    assert write_fleet(tmp_path, wheels=1, rails=1, seed=3).read_bytes() == EXPECTED.encode()
+
+
+def test_a_changed_default_changes_the_example(tmp_path):
+    package = copied(tmp_path) / "fecontact"
+    model = package / "features" / "fleet" / "model.py"
+    replace_default(model, "(4.0, 8.0),", "(5.0, 7.5),")
+    replace_default(model, 'choice_field("strip",', 'choice_field("half_space",')
+    replace_default(package / "case.py", "math.atan(1.0 / 40.0)", "math.atan(1.0 / 20.0)")
+    process = python(tmp_path, "-m", "fecontact", "fleet", "examples", "own", "--wheels", "1", "--rails", "1")
+    assert process.returncode == 0, process.stderr
+    text = (tmp_path / "own" / "fleet.toml").read_text("utf-8")
+    for line in ('theory = "half_space"', "filters_mm = [5, 7.5]", 'inclination = "1:20"'):
+        assert f"\n{line}\n" in text
