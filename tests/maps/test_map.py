@@ -1259,7 +1259,7 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
     monkeypatch.setattr("fecontact.maps.files.save_figure", look)
     like = point(100e3, 0.05)
     lines = {str(k): "HOLDS" if k < holds else "UNRESOLVED" if k == 11 else "FAILS" for k in range(12)}
-    verdict = replace(like.verdict, answer="UNRESOLVED", lines=lines)
+    verdict = replace(like.verdict, answer="UNRESOLVED", variant_answers=lines)
     cell = cell_of(replace(like, verdict=verdict))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
     save_map_figure(build_verdict_view(ApplicabilityMap(case=ROUND, loads_N=(100e3,), positions=(position,))), tmp_path)
