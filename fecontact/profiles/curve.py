@@ -770,9 +770,8 @@ def check_shape(
         if dip > _LARGEST_DIP_MM:
             raise InputError(
                 f"{what}: the profile dips by {dip:.1f} mm at y = {y[at]:.1f} mm, like the flange of a wheel, but a"
-                " rail is"
-                " needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the sides of the"
-                " head"
+                " rail is needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the"
+                " sides of the head"
             )
         return
     middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
@@ -785,9 +784,7 @@ def check_shape(
     steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
     gentle = np.flatnonzero(~steep)
     if not gentle.size:
-        raise InputError(
-            f"{what}: the whole profile is steep, but a wheel needs its tread, with y across and z up; swap the columns"
-        )
+        raise InputError(f"{what}: the whole profile is steep, but y is across and z up; swap the columns")
     y, z = y[gentle[0] : gentle[-1] + 2], z[gentle[0] : gentle[-1] + 2]
     tread = float(np.median(z))
     rise, drop = float(z.max()) - tread, tread - float(z.min())
