@@ -119,7 +119,7 @@ def test_the_case_of_the_page_on_results_is_that_of_the_baseline():
     value = {
         name: float(row[name])
         for name in row
-        if name.startswith(("fe_", "hertz_")) and name.endswith(("MPa", "mm2", "percent"))
+        if row[name] and name.startswith(("fe_", "hertz_")) and name.endswith(("MPa", "mm2", "percent"))
     }
     lines = [" ".join(line.split()) for line in TEXTS[f"{GUIDE}/results.md"].splitlines()]
     area = f"{value['hertz_deviation_area_percent']:+.2f} %", f"{value['hertz_uncertainty_area_percent']:.2f} %"
