@@ -23,7 +23,7 @@ from fecontact.judging.solved_load import (
     compare_with_more_nodes,
     compute_peak_lobe_share,
     compute_skewness,
-    estimate_irreducible_uncertainties,
+    estimate_irreducible_budgets,
     read_quality,
 )
 from fecontact.judging.uncertainty import (
@@ -253,9 +253,9 @@ def test_so_many_refinements_leave_what_so_many_times_half_more_elements_read(re
     of_one = (
         estimate_elements_budget("p_max_MPa", (1.0,), **uncertainties).total - UNCERTAINTIES["p_max_MPa"].cut_planes
     )
-    left = estimate_irreducible_uncertainties(level, lambda _: size, {"p_max_MPa": 0.0}, on_elements=refined)[
+    left = estimate_irreducible_budgets(level, lambda _: size, {"p_max_MPa": 0.0}, on_elements=refined)[
         "p_max_MPa"
-    ]
+    ].total
     remaining = of_one / (left - UNCERTAINTIES["p_max_MPa"].cut_planes)
     patch, steps = read_patch(level.on_elements), level.on_elements.grid.steps_mm
     first = min(patch.a_mm / steps[0], patch.b_mm / steps[1])

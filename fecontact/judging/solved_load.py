@@ -407,14 +407,14 @@ def _elements_per_semi_axis(level: Level) -> float:
     return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_s_mm / len(patch.lobes))
 
 
-def estimate_irreducible_uncertainties(
+def estimate_irreducible_budgets(
     level: Level,
     read_rung: Callable[[Rung], Mapping[str, float]],
     deviation: Mapping[str, float],
     *,
     on_elements: int | None,
-) -> dict[str, float]:
-    """Uncertainty of each deviation that finer meshes do not remove.
+) -> dict[str, UncertaintyBudget]:
+    """Contributions to the uncertainty of each deviation that finer meshes do not remove.
 
     Parameters
     ----------
@@ -430,10 +430,10 @@ def estimate_irreducible_uncertainties(
 
     Returns
     -------
-    dict of str to float
-        Uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
+    dict of str to UncertaintyBudget
+        Contributions to the uncertainty of each deviation (-); a measure without a stated uncertainty has no entry.
     """
-    measured, uncertainty_by_name = read_rung(level.fe), {}
+    measured, budgets = read_rung(level.fe), {}
     quality = SolutionQuality(
         shared=read_patch(level.fe).patch_count > 1,
         more_nodes=level.more_nodes,
@@ -442,14 +442,13 @@ def estimate_irreducible_uncertainties(
     )
     for name in deviation:
         if on_elements is None:
-            value = estimate_uncertainty(name, [measured[name]], quality)
+            budget = estimate_budget(name, [measured[name]], quality)
         else:
             elements = _elements_per_semi_axis(level) * MESH_RATIO**on_elements
             budget = estimate_elements_budget(name, [measured[name]], elements=elements, compliance_error=0.0)
-            value = None if budget is None else budget.total
-        if value is not None:
-            uncertainty_by_name[name] = value * abs(1.0 + deviation[name]) if name in MEASURES else value
-    return uncertainty_by_name
+        if budget is not None:
+            budgets[name] = scale_to_deviation(name, budget, deviation[name])
+    return budgets
 
 
 def estimate_budgets(

@@ -18,7 +18,7 @@ from fecontact.judging.solved_load import (
     SolvedLoad,
     estimate_budgets,
     estimate_elements_budgets,
-    estimate_irreducible_uncertainties,
+    estimate_irreducible_budgets,
     scale_to_deviation,
 )
 from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
@@ -203,17 +203,14 @@ def judge_theory(
     def read_theory_values(rung: Rung) -> dict[str, float]:
         return read_values(rung, theory_contact)
 
-    budgets: dict[str, UncertaintyBudget] = {}
     if refinements is not None:
         deviation = compute_deviations(levels[0].fe, theory_contact)
         on_elements = refinements if by == "elements" else None
-        irreducible = estimate_irreducible_uncertainties(
-            levels[0], read_theory_values, deviation, on_elements=on_elements
-        )
+        irreducible = estimate_irreducible_budgets(levels[0], read_theory_values, deviation, on_elements=on_elements)
         # If the present uncertainty is more than twice the remaining uncertainty, finer meshes may still show any
         # deviation.
-        uncertainty_by_name = {
-            name: irreducible[name] if budget.total <= 2.0 * irreducible[name] else 0.0
+        budgets = {
+            name: irreducible[name] if budget.total <= 2.0 * irreducible[name].total else UncertaintyBudget()
             for name, budget in estimate_budgets(levels, read_theory_values, deviation).items()
             if name in irreducible
         }
@@ -223,19 +220,17 @@ def judge_theory(
             name: scale_to_deviation(name, budget, deviation[name])
             for name, budget in estimate_elements_budgets(levels, read_theory_values).items()
         }
-        uncertainty_by_name = {name: budget.total for name, budget in budgets.items()}
     else:
         deviation = compute_deviations(levels[0].fe, theory_contact)
         budgets = estimate_budgets(levels, read_theory_values, deviation)
-        uncertainty_by_name = {name: budget.total for name, budget in budgets.items()}
-    slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
     if by == "profiles":
         budgets = {name: UncertaintyBudget() for name in budgets}
-        uncertainty_by_name = dict.fromkeys(uncertainty_by_name, 0.0)
-    irregularity = {
-        name: estimate_irregularity_uncertainty(name, deviation[name], slope=slope) for name in uncertainty_by_name
+    slope = sum(irregularity.largest_slope for irregularity in case.irregularities)
+    budgets = {
+        name: replace(budget, irregularity=estimate_irregularity_uncertainty(name, deviation[name], slope=slope))
+        for name, budget in budgets.items()
     }
-    numerical_uncertainty = {name: value + irregularity[name] for name, value in uncertainty_by_name.items()}
+    numerical_uncertainty = {name: budget.total for name, budget in budgets.items()}
     verdict, uncertainty = judge_profile_variants(deviation, numerical_uncertainty, moves, case.criteria)
     return Judgement(
         approximation=theory_contact,
@@ -246,11 +241,7 @@ def judge_theory(
         numerical=numerical_uncertainty,
         moves=moves,
         budgets={
-            name: replace(
-                budget,
-                irregularity=irregularity[name],
-                profile_variants=uncertainty[name] - numerical_uncertainty[name],
-            )
+            name: replace(budget, profile_variants=uncertainty[name] - numerical_uncertainty[name])
             for name, budget in budgets.items()
         },
     )
