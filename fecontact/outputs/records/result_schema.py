@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -16,6 +16,7 @@ from fecontact.errors import ProgramError
 from fecontact.feature_registry import load_offers
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.outputs.flat_records import Record, relative_name
+from fecontact.outputs.pair_names import BODIES
 
 _SIMPLE_TYPES: dict[str, dict[str, Any]] = {
     "number": {"type": "number"},
@@ -46,7 +47,7 @@ _UNITS = {
     "seconds": "s",
 }
 _STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
-_BODIES = ("rail", "wheel")
+_NUMBER_TYPES = ("number", "integer", "numbers", "measures", "all measures", "contributions")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +57,7 @@ class KeyDeclaration:
     Attributes
     ----------
     key
-        Path of the key, joined by dots. `<measure>` stands for each measure, `[]` for the members of a list.
+        Path of the key, joined by dots. `<measure>` is each measure, `[]` the members of a list.
     type_name
         Type of the value, with `?` if it may be null.
     unit
@@ -149,7 +150,7 @@ def _type_schema(type_name: str) -> dict[str, Any]:
 def _members_schema(name: str, member: str) -> dict[str, Any]:
     """Schema of an object with a member for some names."""
     schema: dict[str, Any] = {"type": "object", "additionalProperties": _type_schema(member)}
-    known_names = {"measure": (*MEASURES, *MISFITS), "theory": tuple(THEORIES), "body": _BODIES}.get(name)
+    known_names = {"measure": (*MEASURES, *MISFITS), "theory": tuple(THEORIES), "body": BODIES}.get(name)
     if known_names is not None:
         schema["propertyNames"] = {"enum": list(known_names)}
     return schema | ({"required": list(known_names)} if name in ("theory", "body") and known_names else {})
@@ -218,7 +219,7 @@ def iterate_keys() -> Iterator[KeyDeclaration]:
     Yields
     ------
     KeyDeclaration
-        Key with unit, meaning and places; `<measure>` stands for each measure.
+        Key with unit, meaning and places; `<measure>` is each measure.
     """
     declared = _read_keys()
     yield from _walk(declared["result"], declared["shapes"], "", "")
@@ -245,11 +246,10 @@ def _walk(
             first, _, inner = inner.partition(" of ")
             path += "[]" if first == "list" else f".<{first.removeprefix('per ')}>".replace("<...>", "<name>")
             inner = inner.removesuffix("?").removeprefix("optional ")
-        number_types = ("number", "integer", "numbers", "measures", "all measures", "contributions")
         yield KeyDeclaration(
             key=path,
             type_name=type_name,
-            unit=find_unit(name) if inner in number_types else "",
+            unit=find_unit(name) if inner in _NUMBER_TYPES else "",
             meaning=meaning,
             places=places,
         )
@@ -292,7 +292,15 @@ def list_columns(group: str) -> tuple[str, ...]:
     tuple of str
         Names of columns in order.
     """
-    return tuple(dict.fromkeys(column for name in _read_keys()["columns"][group] for column in _expand(name)))
+    return _list_columns(group, tuple(THEORIES))
+
+
+# A map makes a row for each cell. Without the cache the columns take two fifths of the time of a row.
+@cache
+def _list_columns(group: str, theories: tuple[str, ...]) -> tuple[str, ...]:
+    """Declared columns of a row with the columns of some theories."""
+    columns = (column for name in _read_keys()["columns"][group] for column in _expand(name, theories))
+    return tuple(dict.fromkeys(columns))
 
 
 def list_column_patterns() -> list[str]:
@@ -318,15 +326,15 @@ def row_column_meanings() -> dict[str, str]:
     return dict(_read_keys()["row_columns"])
 
 
-def _expand(column: str) -> Iterator[str]:
-    """Columns that a declared column with placeholders stands for."""
+def _expand(column: str, theories: Sequence[str]) -> Iterator[str]:
+    """Columns of a declared column with placeholders."""
     choices = {
         "<size>": MEASURES,
         "<deviation>": tuple(relative_name(measure) for measure in (*MEASURES, *MISFITS)),
         "<step>": tuple(relative_name(measure) for measure in _STEP_MEASURES),
         "<hertz>": HERTZ_OF_EACH_SIDE,
-        "<theory>": tuple(name for name in THEORIES if name not in HERTZ_OF_EACH_SIDE),
-        "<body>": _BODIES,
+        "<theory>": tuple(name for name in theories if name not in HERTZ_OF_EACH_SIDE),
+        "<body>": BODIES,
     }
     column = re.sub(r"<name=(\w+)>", r"\1", column)
     placeholders = [placeholder for placeholder in choices if placeholder in column]
