@@ -72,7 +72,7 @@ class CaseOption:
     names
         Names on the command line; the first gives the attribute.
     slots
-        Inputs that take the value of the option: those of both bodies, or a single input.
+        Inputs that take the value of the option: inputs of both bodies, or a single input.
     help
         Text for `--help`.
     """

@@ -49,37 +49,38 @@ def describe_solution_faults(solved_load: SolvedLoad) -> tuple[str, ...]:
     tuple of str
         A sentence for each error beyond its limit; empty for a correct solution.
     """
-    return tuple(_iterate_faults(solved_load))
+    return tuple(f"the numbers are wrong, please report this case: {fault}" for fault in _iterate_faults(solved_load))
 
 
 def _iterate_faults(solved_load: SolvedLoad) -> Iterator[str]:
-    """Sentence for each error beyond its limit.
+    """Words for each error beyond its limit.
 
     An error of NaN is beyond its limit.
     """
     error = solved_load.gap_curvature_error
     if error is not None and not error <= GAP_CURVATURE_LIMIT:
         yield (
-            f"the numbers are wrong, please report this case: the curvatures of the solved gap at the contact point"
-            f" differ by {error:.2%} from the curvatures of the profiles (at most {GAP_CURVATURE_LIMIT:.1%} is allowed)"
+            f"the curvatures of the solved gap at the contact point differ by {error:.2%} from the curvatures of the"
+            f" profiles (at most {GAP_CURVATURE_LIMIT:.1%} is allowed)"
         )
     distances = [level.gap_distance_error_mm for level in solved_load.levels if level.gap_distance_error_mm is not None]
     if distances and not max(distances) <= GAP_DISTANCE_LIMIT_MM:
         yield (
-            f"the numbers are wrong, please report this case: the solved gap differs by up to"
-            f" {1e3 * max(distances):.2g} micrometres from the distance of the mesh surfaces"
-            f" (at most {1e3 * GAP_DISTANCE_LIMIT_MM:g} micrometres is allowed)"
+            f"the solved gap differs by up to {1e3 * max(distances):.2g} micrometres from the distance of the mesh"
+            f" surfaces (at most {1e3 * GAP_DISTANCE_LIMIT_MM:g} micrometres is allowed)"
         )
     if solved_load.load_error is not None and not solved_load.load_error <= LOAD_ERROR_LIMIT:
         yield (
             f"the load on the nodes of a contact differs by {solved_load.load_error:.2g} of itself from the load of the"
-            f" case; at most {LOAD_ERROR_LIMIT:g} is allowed: the numbers are wrong, report the case"
+            f" case (at most {LOAD_ERROR_LIMIT:g} is allowed)"
         )
-    for level in solved_load.levels:
-        if level.correction_error is not None and not abs(level.correction_error) <= CORRECTION_ERROR_LIMIT:
-            yield (
-                "the correction of the elements' softness on the finer nodes is wrong by"
-                f" {level.correction_error:.0%} of itself; at most {CORRECTION_ERROR_LIMIT:.0%} is allowed: the numbers"
-                " are wrong, report the case"
-            )
-            return
+    wrong_corrections = [
+        level.correction_error
+        for level in solved_load.levels
+        if level.correction_error is not None and not abs(level.correction_error) <= CORRECTION_ERROR_LIMIT
+    ]
+    if wrong_corrections:
+        yield (
+            f"the correction of the elements' softness on the finer nodes is wrong by {wrong_corrections[0]:.0%} of"
+            f" itself (at most {CORRECTION_ERROR_LIMIT:.0%} is allowed)"
+        )

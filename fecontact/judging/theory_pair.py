@@ -1,4 +1,4 @@
-"""Contact by a theory beside the contact by another theory, on common points."""
+"""Contact by a theory and contact by another theory, on common points."""
 
 from __future__ import annotations
 

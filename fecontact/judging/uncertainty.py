@@ -206,7 +206,7 @@ def estimate_step_budget(
 ) -> UncertaintyBudget:
     """Contributions to the uncertainty of the step from the half-space to the bodies.
 
-    Both rungs have equal nodes. The contributions are therefore those of `estimate_budget`, without reading.
+    Both rungs have equal nodes. The contributions of `estimate_budget` without reading therefore remain.
 
     Parameters
     ----------

@@ -310,7 +310,7 @@ def seal_case(case: Case, folder: Path) -> None:
 
 
 def copy_profiles(case: Case, folder: Path) -> None:
-    """Copy the profile files of a case beside its result; the case could not be judged again without them.
+    """Copy the profile files of a case into its folder; without them the case cannot be judged again.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def draw_study(
     fraction of the limit. If not, they are drawn for peak and area, in percent. Each series has a colour and a mark. If
     there are more series than colours, they are not named. Neighbours are not joined by a line if the contact jumps
     between them. A row with a status other than `converged` is a cross without a line, at its value, or at the bottom
-    of the first panel if it has no value. The junctions of `rail` are drawn beside the contact points.
+    of the first panel if it has no value. The junctions of `rail` are drawn at the contact points.
 
     Parameters
     ----------

@@ -21,7 +21,7 @@ _TITLE = "Data dictionary: keys of `result.json`, columns of `study.csv`"
 _INTRODUCTION = """\
 Every solved case has a `result.json` with the keys below. All keys are in every file: a key that does not apply to a
 case is null. `fecontact keys --json` prints the JSON schema; `schema` in the file names the layout. Keys and columns
-end in their unit. `<measure>` stands for each measure of the first table, `<name>` for a free name, `[]` for the
+end in their unit. `<measure>` is each measure of the first table, `<name>` for a free name, `[]` for the
 members of a list. Deviations and uncertainties are fractions in `result.json`, and percent in tables.
 """
 
@@ -77,7 +77,7 @@ def dictionary_page() -> str:
             "\n## Keys of `result.json`\n",
             *_table(["key", "unit", "meaning", "shown in"], keys),
             "\n## Columns of `study.csv` and `map.csv`\n",
-            "`<size>` and `<deviation>` stand for measures by their keys and by their columns, `<step>` for p_max, area"
+            "`<size>` and `<deviation>` are measures by their keys and by their columns, `<step>` for p_max, area"
             " and approach, `<hertz>` for `hertz` and, at a junction of curvatures, `hertz_gauge`, `<theory>` for all"
             " other theories, `<body>` for `rail` and `wheel`.\n",
             *_table(["column", "unit", "meaning", "key"], columns),

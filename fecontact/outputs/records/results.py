@@ -506,7 +506,7 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
 
 
 def _select_columns(group: str, columns: Record) -> Row:
-    """Declared columns of a flat record in the declared order, then those of features without declarations."""
+    """Declared columns of a flat record in the declared order, then columns of features without declarations."""
     prefixes = tuple(f"{feature}_" for feature in undeclared_features())
     return {name: columns[name] for name in list_columns(group) if name in columns} | {
         name: value for name, value in columns.items() if name.startswith(prefixes)
