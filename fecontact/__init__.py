@@ -81,7 +81,7 @@ if TYPE_CHECKING:
     from fecontact.case import Case, Opposite
     from fecontact.criteria import Creep, Criteria
     from fecontact.features.creep.running import creep as creep
-    from fecontact.features.curves.curve import Conditions as Conditions
+    from fecontact.features.curves.conditions import Conditions as Conditions
     from fecontact.features.curves.running import curve as curve
     from fecontact.features.irregular.running import irregular as irregular
     from fecontact.outputs.frames import to_dataframe, to_xarray

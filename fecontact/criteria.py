@@ -36,7 +36,7 @@ def _limit(default: float, measure: str, help: str, key: str) -> Any:
         shown_unit="%" if percent else "",
         high=1.0,
         inclusive=False,
-        remedy="for example 0.05 for 5 %" if percent else "for example 0.15",
+        remedy=f"for example {default:g} for {100.0 * default:g} %" if percent else f"for example {default:g}",
     )
     return input_field(default, limit, measure=measure)
 

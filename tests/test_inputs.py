@@ -94,7 +94,8 @@ def angle(key: str) -> Row:
 def limit(key: str, measure: str, default: str) -> Row:
     return Row(
         key, "--" + key.replace("_", "-"), 7, 0.07, 120, 1.2,
-        f"limit of {measure} is 1.2 (120 %); allowed: between 0 and 1 (between 0 and 100 %); for example 0.05 for 5 %",
+        f"limit of {measure} is 1.2 (120 %); allowed: between 0 and 1 (between 0 and 100 %);"
+        f" for example {float(default) / 100:g} for {default} %",
         f": %, between 0 and 100; default {default}",
     )  # fmt: skip
 
@@ -631,7 +632,7 @@ def test_numbers_of_another_roll_and_its_old_names_are_refused(options, says, tm
             "--evidence",
             "evidence = true",
             {"evidence": True},
-            "refine = 'verdict' (the default) or 'evidence', or 'never' for none",
+            "refine = 'verdict' or 'evidence', or 'never' for none",
         ),
         (
             "--refine-degrees-of-freedom",

@@ -70,6 +70,8 @@ _SHORT_STRIP_RATIO = 0.4
 # A strip without contact has a squared half length of this fraction of its squared width, to avoid division by zero.
 _OPEN_STRIP_FRACTION = 1e-6
 _MAX_SWEEPS = 60
+DEFAULT_STRIPS = 100
+"""Number of strips across a patch if no number is given."""
 # Exponent of the ratio that multiplies c. With an exponent of 1, c overshoots in patches that are long along the rail.
 _FACTOR_EXPONENT = 0.6
 # Number of strips of the first solution over all positions that may touch, and the least number of strips in a region.
@@ -188,7 +190,7 @@ class StripSearch:
         the line if the start is.
     """
 
-    strips: int = 100
+    strips: int = DEFAULT_STRIPS
     tolerance: float = 4e-3
     most_sweeps: int = _MAX_SWEEPS
 

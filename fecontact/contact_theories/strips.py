@@ -13,13 +13,12 @@ from fecontact.contact_theories.gap_line import (
     StripContact,
     build_gap_line,
 )
-from fecontact.contact_theories.strip_method import StripGap, StripLoad, StripSearch, solve_strips
+from fecontact.contact_theories.strip_method import DEFAULT_STRIPS, StripGap, StripLoad, StripSearch, solve_strips
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
 # --- Strip method on a gap line.
 
-DEFAULT_STRIPS = 100
 _MIN_STRIPS = 20
 # With this number of strips, the approach is within 0.02 % of the approach with 100 strips.
 _SLIDE_STRIPS = 32

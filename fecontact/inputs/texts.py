@@ -175,7 +175,7 @@ _PROFILE_INPUTS = {
     "decimal": "decimal commas are recognised; if they are not, write decimal points",
     "offsets": "the offsets of a MiniProf header are added, its alignment is not; notes list both",
 }
-_REFINEMENT = "for finer elements use refine = 'verdict' (the default) or 'evidence', or 'never' for none"
+_REFINEMENT = "for finer elements use refine = 'verdict' or 'evidence', or 'never' for none"
 _OPPOSITE = "use --opposite rail=...,wheel=...,rolling-radius-mm=...,load-kn=..., in files the table [opposite]"
 _HALF_LENGTH = "use half_length_mm, which sets both rail and rim"
 _NO_MATERIAL_NAME = "materials have no name; leave it out"

@@ -551,7 +551,11 @@ def mirror_segments(segments: Sequence[Segment]) -> list[Segment]:
     return image
 
 
-def make_circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Profile:
+# Half-width of a usual rail head, such as 60E1.
+_HEAD_HALF_WIDTH_MM = 36.0
+
+
+def make_circular_rail_head(radius_mm: float, half_width_mm: float = _HEAD_HALF_WIDTH_MM) -> Profile:
     """Circular rail head with its crown at (0, 0), for comparisons with closed forms.
 
     The arc reaches to |y| = min(half_width_mm, 0.95 radius_mm).
@@ -580,14 +584,14 @@ def make_circular_rail_head(radius_mm: float, half_width_mm: float = 36.0) -> Pr
     'circle:300'
     """
     check_positive("radius of the rail head", radius_mm, "mm", "for example circle:300")
-    check_positive("half-width of the rail head", half_width_mm, "mm", "for example 36")
+    check_positive("half-width of the rail head", half_width_mm, "mm", f"for example {_HEAD_HALF_WIDTH_MM:g}")
     reach = math.asin(min(half_width_mm / radius_mm, 0.95))
     arc = Arc(centre=(0.0, -radius_mm), radius=radius_mm, angle_from=math.pi / 2 + reach, angle_to=math.pi / 2 - reach)
     return Profile(name=f"circle:{radius_mm:g}", kind="rail", segments=(arc,), source="circular arc")
 
 
 def make_two_arc_rail_head(
-    crown_mm: float, gauge_mm: float, junction_mm: float, half_width_mm: float = 36.0
+    crown_mm: float, gauge_mm: float, junction_mm: float, half_width_mm: float = _HEAD_HALF_WIDTH_MM
 ) -> Profile:
     """Make a rail head of two tangent arcs with its crown at (0, 0).
 

@@ -19,6 +19,7 @@ from fecontact.solving.lobe_sizes import (
     measure_lobe_sizes,
 )
 from fecontact.solving.plane_angles import compute_plane_angles
+from fecontact.solving.quadratic_gap import DEFAULT_NODES
 from fecontact.solving.true_gap import ROUGH_TOLERANCE, TOLERANCE, TrueGap
 
 # --- Expected patch: the true gap on a half-space, which takes little time compared with meshes.
@@ -130,7 +131,7 @@ def find_expected_patch(
     load_N: float,
     *,
     half: bool,
-    nodes: int = 16,
+    nodes: int = DEFAULT_NODES,
     most: int | None = None,
     guess_mm: float = 0.1,
     tolerance: float = TOLERANCE,

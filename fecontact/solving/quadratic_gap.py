@@ -12,9 +12,13 @@ from fecontact.placement.poses import ContactPoint
 
 # Half size of the grid divided by the semi-axis of Hertz's ellipse.
 _REACH = 1.2
+DEFAULT_NODES = 16
+"""Nodes per semi-axis if no number is given."""
 
 
-def solve_quadratic_gap(contact_point: ContactPoint, hertz: HertzContact, *, half: bool, nodes: int = 16) -> Rung:
+def solve_quadratic_gap(
+    contact_point: ContactPoint, hertz: HertzContact, *, half: bool, nodes: int = DEFAULT_NODES
+) -> Rung:
     """Solve the quadratic gap at a contact point on a half-space.
 
     Parameters

@@ -25,6 +25,8 @@ _STEEP_RAD = math.radians(30.0)
 TOLERANCE, ROUGH_TOLERANCE = 1e-6, 1e-5
 # Lateral spacing of the points at which surfaces outside the contact are checked for overlaps.
 _STEP_MM = 0.25
+# Fields are smooth: a spline of this degree has continuous curvatures.
+_SPLINE_DEGREE = 3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -244,7 +246,7 @@ class TrueGap:
         return np.asarray(candidate_s_mm[gap[candidates[:, 0], candidates[:, 1]] + opening < 0.0])
 
 
-def interpolate_field(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int = 3) -> Floats:
+def interpolate_field(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int = _SPLINE_DEGREE) -> Floats:
     """Interpolate a smooth field at other positions by a spline.
 
     Parameters
@@ -265,5 +267,5 @@ def interpolate_field(field: Field, x_mm: Floats, s_mm: Floats, *, degree: int =
     return np.asarray(_fit_spline(field, degree)(np.clip(x_mm, x[0], x[-1]), np.clip(s_mm, s[0], s[-1])))
 
 
-def _fit_spline(field: Field, degree: int = 3) -> RectBivariateSpline:
+def _fit_spline(field: Field, degree: int = _SPLINE_DEGREE) -> RectBivariateSpline:
     return RectBivariateSpline(field.grid.x_mm, field.grid.s_mm, field.values, kx=degree, ky=degree)

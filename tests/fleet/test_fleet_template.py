@@ -1,8 +1,11 @@
 """File of an example fleet: each default in it is the default of its input."""
 
+import inspect
+
 from test_features import copied, python
 from test_templates import replace_default
 
+from fecontact.features.fleet.command import examples
 from fecontact.features.fleet.examples import write_fleet
 
 EXPECTED = """\
@@ -44,3 +47,11 @@ def test_a_changed_default_changes_the_example(tmp_path):
     text = (tmp_path / "own" / "fleet.toml").read_text("utf-8")
     for line in ('theory = "half_space"', "filters_mm = [5, 7.5]", 'inclination = "1:20"'):
         assert f"\n{line}\n" in text
+
+
+def test_numbers_of_an_example_are_the_numbers_of_the_function():
+    option_defaults, function_defaults = (
+        {name: parameter.default for name, parameter in inspect.signature(function).parameters.items()}
+        for function in (examples, write_fleet)
+    )
+    assert option_defaults == function_defaults

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from fecontact.bodies import STEEL
 from fecontact.outputs.terminal import print_answer
 
 
@@ -44,8 +45,8 @@ class EllipseOptions:
     xi: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
     eta: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
     spin_per_mm: Annotated[float, Parameter(allow_leading_hyphen=True)] = 0.0
-    young_mpa: float = 210_000.0
-    poisson: float = 0.3
+    young_mpa: float = STEEL.young_MPa
+    poisson: float = STEEL.poisson
 
 
 def creep(ellipse: EllipseOptions, *, theory: str = "all", json: bool = False) -> int:

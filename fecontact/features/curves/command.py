@@ -12,6 +12,8 @@ from fecontact.console.messages import reporting_replaced_files
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
+from fecontact.features.curves.conditions import DEFAULT_RADII_M, DEFAULT_THEORY, Conditions
+from fecontact.features.curves.model import BOGIES, DEFAULT_VEHICLE
 from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_answer
@@ -50,14 +52,16 @@ class CurveOptions:
         Number of processes; a process solves a theory at a time.
     """
 
-    vehicle: str = "manchester"
-    bogie: str = "leading"
-    radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = "300,500,1000,3000"
-    theory: str = "overlap"
-    friction: float = 0.3
-    cant_mm: float = 100.0
-    unbalanced_m_s2: Annotated[float, Parameter(name="--unbalanced-m-s2", allow_leading_hyphen=True)] = 0.0
-    speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = None
+    vehicle: str = DEFAULT_VEHICLE
+    bogie: str = BOGIES[0]
+    radii: Annotated[str, Parameter(allow_leading_hyphen=True)] = ",".join(f"{radius:g}" for radius in DEFAULT_RADII_M)
+    theory: str = DEFAULT_THEORY
+    friction: float = Conditions.friction
+    cant_mm: float = Conditions.cant_mm
+    unbalanced_m_s2: Annotated[float, Parameter(name="--unbalanced-m-s2", allow_leading_hyphen=True)] = (
+        Conditions.unbalanced_m_s2
+    )
+    speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = Conditions.speed_km_h
     shares: str = ""
     map: Path | None = None
     workers: int = 1
@@ -112,7 +116,6 @@ def curve(
     out
         Folder for curve.csv, curve.json, pictures, and positions.csv for a fleet.
     """
-    from fecontact.features.curves.curve import Conditions
     from fecontact.features.curves.pictures import draw_curves, draw_visits
     from fecontact.features.curves.records import make_curve_rows, make_curves_record, make_position_rows
     from fecontact.features.curves.running import curve as run_curves

@@ -15,15 +15,13 @@ import numpy as np
 from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, TrackSide, combine_moduli_MPa
 from fecontact.contact_theories.rolling.creepage import combine_materials
-from fecontact.criteria import FRICTION
 from fecontact.errors import InputError
 from fecontact.features.curves.balance import Balance, TrackConditions, split_wheelset_states
+from fecontact.features.curves.conditions import DEFAULT_THEORY, MAX_UNBALANCED_M_S2, Conditions
 from fecontact.features.curves.model import GRAVITY_M_S2, Vehicle
-from fecontact.features.curves.normal import DEFAULT_THEORY, Surfaces, normal_theory, place_wheel
+from fecontact.features.curves.normal import Surfaces, normal_theory, place_wheel
 from fecontact.features.curves.steady import CANT_BASE_MM, Equilibrium, follow_path
 from fecontact.features.curves.wheel_forces import ContactSettings, PatchForce
-from fecontact.inputs.kinds import input_field, number_field
-from fecontact.inputs.slots import input_dataclass
 from fecontact.placement.poses import sample_profile
 from fecontact.placement.wheel_on_rail import Pair
 from fecontact.placement.wheelset import TRACK_SIDES, Wheelset
@@ -32,56 +30,8 @@ from fecontact.placement.wheelset import TRACK_SIDES, Wheelset
 
 # Smallest radius: trams run in tighter curves, with guard rails.
 _MIN_RADIUS_M = 50.0
-MAX_UNBALANCED_M_S2 = 2.0
-"""Largest lateral acceleration (m/s2).
-
-At 2.2 m/s2 and above, Newton's method stalls if a wheelset moves from tread to flange.
-"""
 # Tolerance and largest value of the search for the largest shift.
 _SHIFT_TOLERANCE_MM, _MAX_SHIFT_MM = 0.1, 30.0
-
-
-@input_dataclass
-class Conditions:
-    """Running conditions in a curve.
-
-    Without a speed, the speed is derived from the lateral acceleration `unbalanced_m_s2` that the cant leaves.
-
-    Examples
-    --------
-    >>> from fecontact.features.curves.curve import Conditions
-    >>> conditions = Conditions(friction=0.4, speed_km_h=80.0)
-    >>> conditions.friction, conditions.cant_mm
-    (0.4, 100.0)
-    """
-
-    friction: float = input_field(0.3, FRICTION)
-    cant_mm: float = number_field(100.0, "Cant, over 1500 mm", high=300.0, remedy="usual values are 0 to 180 mm")
-    unbalanced_m_s2: float = number_field(
-        0.0,
-        "Lateral acceleration in the plane of the track, outwards positive",
-        label="unbalanced acceleration",
-        low=-MAX_UNBALANCED_M_S2,
-        high=MAX_UNBALANCED_M_S2,
-        remedy="usual limits are 0.65 to 1 m/s2, and 2 m/s2 for tilting trains",
-    )
-    speed_km_h: float | None = number_field(None, "Running speed", remedy="omit it for the balanced speed")
-
-    def __post_init__(self) -> None:
-        """Refuse a speed together with an unbalanced acceleration.
-
-        Each of them determines the other.
-
-        Raises
-        ------
-        InputError
-            If both are given.
-        """
-        if self.speed_km_h is not None and self.unbalanced_m_s2 != 0.0:
-            raise InputError(
-                f"unbalanced acceleration is {self.unbalanced_m_s2:g} m/s2 and speed {self.speed_km_h:g} km/h; allowed:"
-                " only one of them, because each determines the other; omit one"
-            )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

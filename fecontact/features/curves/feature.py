@@ -1,5 +1,5 @@
 """Entry points of this feature."""
 
 COMMANDS = {"Solve": ("command.curve",)}
-NAMES = ("curve.Conditions", "running.curve")
+NAMES = ("conditions.Conditions", "running.curve")
 LOADED_CONICITIES = ("loaded.compute_loaded_conicities",)

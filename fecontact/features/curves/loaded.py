@@ -15,8 +15,9 @@ from fecontact.arrays import Floats
 from fecontact.bodies import STEEL, Material, combine_moduli_MPa
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError, check_positive
+from fecontact.features.curves.conditions import DEFAULT_THEORY
 from fecontact.features.curves.newton import estimate_jacobian, largest_magnitude, solve_newton
-from fecontact.features.curves.normal import DEFAULT_THEORY, Overlap, Surfaces, normal_theory, solve_normal_contact
+from fecontact.features.curves.normal import Overlap, Surfaces, normal_theory, solve_normal_contact
 from fecontact.features.curves.steady import START_DEPTH_MM
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.placement.conicity import RadiusDifference

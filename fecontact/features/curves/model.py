@@ -18,7 +18,9 @@ from fecontact.inputs.slots import input_dataclass, read_table
 GRAVITY_M_S2 = 9.81
 """Acceleration of gravity, m/s2."""
 BOGIES = ("leading", "trailing")
-"""Names of the two bogies of a vehicle."""
+"""Names of the two bogies of a vehicle, the default first."""
+DEFAULT_VEHICLE = "manchester"
+"""Vehicle if no vehicle is given."""
 _DATA_FOLDER = Path(__file__).parent / "data"
 
 

@@ -709,8 +709,6 @@ NORMAL_THEORIES: Mapping[str, NormalTheory] = {
     "half_space": solve_half_space,
 }
 """Theories by the names of `fecontact theories`, and overlapping strips, beginning with the simplest."""
-DEFAULT_THEORY = "overlap"
-"""Theory that is used if no theory is given."""
 
 
 def normal_theory(name: str, *, fine: bool = False) -> NormalTheory:

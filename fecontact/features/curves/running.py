@@ -10,9 +10,10 @@ from pathlib import Path
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features.curves.curve import Conditions, CurveRun, Ride, make_straight_track, solve_curves
-from fecontact.features.curves.model import BOGIES, Vehicle, choose_bogie, load_vehicle
-from fecontact.features.curves.normal import DEFAULT_THEORY, normal_theory
+from fecontact.features.curves.conditions import DEFAULT_RADII_M, DEFAULT_THEORY, Conditions
+from fecontact.features.curves.curve import CurveRun, Ride, make_straight_track, solve_curves
+from fecontact.features.curves.model import BOGIES, DEFAULT_VEHICLE, Vehicle, choose_bogie, load_vehicle
+from fecontact.features.curves.normal import normal_theory
 from fecontact.features.curves.stability import StraightTrack, analyse_straight_track
 from fecontact.features.curves.visits import CurveResults, MapColumn, VisitedCell, compare_theories, locate_wheels
 from fecontact.jobs.remaining import Progress, report_progress
@@ -25,8 +26,8 @@ _UNCOMPARED_INPUTS = ("roll", "roll_rad", "roll_load_N", "yaw_rad", "flange_clim
 
 
 def curve(
-    vehicle: str | Vehicle = "manchester",
-    radii_m: Sequence[float] | Mapping[float, float] = (300.0, 500.0, 1000.0, 3000.0),
+    vehicle: str | Vehicle = DEFAULT_VEHICLE,
+    radii_m: Sequence[float] | Mapping[float, float] = DEFAULT_RADII_M,
     *,
     case: Case | None = None,
     conditions: Conditions | None = None,

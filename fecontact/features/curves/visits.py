@@ -12,7 +12,8 @@ from typing import Literal
 
 from fecontact.bodies import TrackSide
 from fecontact.case import Case
-from fecontact.features.curves.curve import Conditions, CurveRun, WheelRun, WheelsetRun
+from fecontact.features.curves.conditions import Conditions
+from fecontact.features.curves.curve import CurveRun, WheelRun, WheelsetRun
 from fecontact.features.curves.model import Vehicle
 from fecontact.features.curves.stability import StraightTrack
 

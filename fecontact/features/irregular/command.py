@@ -13,6 +13,7 @@ from fecontact.console.messages import print_geometry, print_notes, reporting_re
 from fecontact.console.options import POSITION_GROUPS, CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
+from fecontact.features.irregular.limit import LIMIT
 from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_answer
@@ -48,7 +49,7 @@ class IrregularOptions:
     irregularity: str = ""
     table: str = ""
     positions_mm: Annotated[str, Parameter(allow_leading_hyphen=True)] = ""
-    limit_percent: float = 5.0
+    limit_percent: float = 100.0 * LIMIT
     workers: int | None = None
 
 

@@ -17,6 +17,7 @@ from fecontact.contact.halfspace import NODES_PER_HALF_LENGTH, solve_gap_contact
 from fecontact.contact.patch import Patch, measure_patch
 from fecontact.contact_theories.hertz import HertzContact, hertz_spring_force_N
 from fecontact.errors import ConvergenceError, InputError
+from fecontact.features.irregular.limit import LIMIT
 from fecontact.features.irregular.models import MODELS, IrregularPlace, Model, SmoothBodies
 from fecontact.placement.irregularity import Irregularity
 from fecontact.placement.wheel_on_rail import Placement
@@ -30,8 +31,6 @@ _MIN_NODES_PER_WAVE = 4
 _EDGE_NODE_FACTOR = 2
 # Bodies may touch where their gap is below the irregularity's height plus this multiple of Hertz's approach.
 _REACH_FACTOR = 1.6
-LIMIT = 0.05
-"""Default limit: the largest error of force and peak pressure with which a model holds."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -20,6 +20,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse, hertz_spring_force_N, multi_hertz_approach_mm
+from fecontact.features.irregular.limit import LIMIT
 from fecontact.placement.openings import GapMinimum, GapOpening, find_gap_minima, is_on_edge
 
 # Gauss points and weights from -1 to 1.
@@ -510,7 +511,7 @@ def compute_filter_factor(wave_number_per_mm: float, half_length_mm: float) -> f
 
 
 def compute_eq6_limits(
-    pair: SmoothBodies, normal_force_N: float, wavelength_mm: float, limit: float = 0.05
+    pair: SmoothBodies, normal_force_N: float, wavelength_mm: float, limit: float = LIMIT
 ) -> Eq6Limits:
     """Compute the largest amplitudes of a wave for eq. 6 under a force.
 

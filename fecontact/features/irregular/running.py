@@ -13,8 +13,8 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
+from fecontact.features.irregular.limit import LIMIT
 from fecontact.features.irregular.model_errors import (
-    LIMIT,
     JudgedPlace,
     SmoothPair,
     judge_cell,

@@ -1,0 +1,4 @@
+"""Limit of the models, in a module without arrays, so that the help of the command can read the limit."""
+
+LIMIT = 0.05
+"""Default limit: the largest error of force and peak pressure with which a model holds."""
