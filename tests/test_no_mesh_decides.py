@@ -11,7 +11,7 @@ from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import UNCERTAINTIES
 from fecontact.judging.theory import is_undecidable_by_refinement
-from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
+from fecontact.judging.uncertainty import SolutionQuality, estimate_uncertainty
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import remedy_text
 from fecontact.solving.meshes import is_open
@@ -63,6 +63,7 @@ def test_a_verdict_that_no_mesh_decides_says_so_and_names_no_resolution(elliptic
 
 
 def test_what_no_mesh_takes_away_is_what_one_value_alone_leaves():
-    assert estimate_irreducible_uncertainty("area_mm2", 100.0, shared=False) == pytest.approx(0.002 + 0.0019)
-    assert estimate_irreducible_uncertainty("p_max_MPa", 1000.0, shared=True) == pytest.approx(0.0006 + 0.0006 + 0.006)
-    assert estimate_irreducible_uncertainty("approach_mm", 0.1, shared=False) is None
+    assert estimate_uncertainty("area_mm2", [100.0]) == pytest.approx(0.002 + 0.0019)
+    shared = SolutionQuality(shared=True)
+    assert estimate_uncertainty("p_max_MPa", [1000.0], shared) == pytest.approx(0.0006 + 0.0006 + 0.006)
+    assert estimate_uncertainty("approach_mm", [0.1]) is None

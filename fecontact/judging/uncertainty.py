@@ -179,28 +179,6 @@ def estimate_reading_uncertainty(measure: str, value: float) -> float | None:
     return reading + (noise if value <= noise else value - math.sqrt(value**2 - noise**2))
 
 
-def estimate_irreducible_uncertainty(measure: str, value: float, *, shared: bool) -> float | None:
-    """Uncertainty of a measure that no mesh removes.
-
-    Relative for `MEASURES`, absolute for `MISFITS` (-); None if it has not been measured.
-
-    Parameters
-    ----------
-    measure
-        Name of a measure or a misfit.
-    value
-        Value of the measure, in its unit.
-    shared
-        Whether the patch shares its load with another patch.
-
-    Returns
-    -------
-    float or None
-        Uncertainty of the value.
-    """
-    return estimate_uncertainty(measure, [value], SolutionQuality(shared=shared))
-
-
 def estimate_step_budget(
     measure: str, values: Sequence[float], quality: SolutionQuality = _NO_ERRORS, *, otherwise: float | None = None
 ) -> UncertaintyBudget:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from textwrap import fill
 from typing import Any
@@ -11,8 +10,6 @@ from fecontact.case import RESOLUTIONS
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import describe_status, is_usable_status
 from fecontact.judging.lines import FILTER_LABEL
-from fecontact.judging.measures import MEASURES
-from fecontact.judging.uncertainty import estimate_irreducible_uncertainty
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.records.asked import requested_record
@@ -380,6 +377,9 @@ def remedy_text(record: Record) -> str:
     return f"to decide, use {finer}{', or --refine verdict' if case['refine'] == 'never' else ''}"
 
 
+_IRREDUCIBLE_CONTRIBUTIONS = ("reading", "common_mesh_error", "cut_planes")
+
+
 def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
     """Distance of the deciding measure from its limit, and its irreducible uncertainty.
 
@@ -387,11 +387,10 @@ def _irreducible_uncertainty(record: Record) -> tuple[float, float] | None:
     distance is at least as large, or if the stated uncertainty is more than 2 times the irreducible uncertainty.
     """
     measure, hertz = record["verdict"]["measure"], deciding_hertz(record)
-    deviation, stated_uncertainty = (hertz[name].get(measure, math.nan) for name in ("deviation", "uncertainty"))
-    uncertainty = estimate_irreducible_uncertainty(measure, deviation, shared=record["fe"]["patch_count"] > 1)
-    if uncertainty is None:
+    if measure not in record["uncertainty_budget"]:
         return None
-    irreducible_uncertainty = uncertainty * (abs(1.0 + deviation) if measure in MEASURES else 1.0)
+    deviation, stated_uncertainty = hertz["deviation"][measure], hertz["uncertainty"][measure]
+    irreducible_uncertainty = sum(record["uncertainty_budget"][measure][name] for name in _IRREDUCIBLE_CONTRIBUTIONS)
     distance = abs(abs(deviation) - record["verdict"]["limits"][measure])
     return (
         (distance, irreducible_uncertainty)
