@@ -104,7 +104,9 @@ def test_tables_and_the_report_say_it_first(result, tmp_path):
     page = write_study_report("one", [ReportedCase(row=row, record=result_record(result))], tmp_path).read_text("utf-8")
     lead = re.search(r'<p class="lead[^>]*>(.*?)</p>', page, re.DOTALL)
     assert lead[0].startswith('<p class="lead fails"')
-    assert lead[1].startswith("Hertz FAILS against bodies that yield: peak pressure +27.64 %")
+    assert lead[1].startswith(
+        "Hertz FAILS against bodies that yield; furthest beyond its limit: peak pressure +27.64 %"
+    )
     assert lead[1].endswith("against elastic bodies Hertz HOLDS")
     table = page[page.index("<table") : page.index("</table>")]
     assert first_answer(table) == "FAILS"

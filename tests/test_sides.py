@@ -17,13 +17,17 @@ from fecontact.judging.measures import MEASURES
 from fecontact.judging.verdict import compare_with_limit, judge
 from fecontact.judging.yielded import PathPoint, PlasticResult, YieldedBody
 from fecontact.outputs.case_parts import case_parts
+from fecontact.outputs.figures.case import case_inches, draw_case
+from fecontact.outputs.figures.pressure_maps import PressureFields
+from fecontact.outputs.paraview.contact_surface import contact_surface
 from fecontact.outputs.records.asked import requested_record, requested_row
 from fecontact.outputs.records.cheapest import judgements_by_theory
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.outputs.study_report import parts_of_rows
+from fecontact.outputs.style import blank_figure
 from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.theory_records import deciding_hertz
-from fecontact.outputs.verdict_words import BY_EACH_VARIANT, verdict_reason
+from fecontact.outputs.verdict_words import BY_EACH_VARIANT, case_annotation, verdict_reason
 from fecontact.outputs.verdict_words import deciding_measure_text as decided_text
 
 LIMITS = Criteria().limits
@@ -148,3 +152,28 @@ def test_without_a_junction_a_row_is_shown_as_it_is(elliptic_quick):
     row = case_row(elliptic_quick)
     assert row["verdict_side"] == "both"
     assert requested_row(row) is row
+
+
+@pytest.mark.parametrize("name", ["gauge_decides", "gauge_decides_in_yielding"])
+def test_pictures_have_the_ellipse_and_the_numbers_of_the_side_that_decides(name, request):
+    result = request.getfixturevalue(name)
+    record, fields = result_record(result), PressureFields.of(result.load)
+    gauge, field = (record["theories"][side] for side in (HERTZ_GAUGE, HERTZ))
+    assert gauge["p_max_MPa"] > 1.1 * field["p_max_MPa"]
+    assert fields.ellipse.p0_MPa == gauge["p_max_MPa"]
+    figure = blank_figure(*case_inches(fields))
+    draw_case(figure, record, result.placement, fields)
+    (text,) = (words.get_text() for words in figure.texts if "status: converged" in words.get_text())
+    peak_line = next(line for line in text.splitlines() if line.startswith("p_max"))
+    uncertainty = sum(record["uncertainty_budget"]["p_max_MPa"].values())
+    assert peak_line.split()[2:6] == [
+        *(f"{contact['p_max_MPa']:.4g}" for contact in (record["fe"], gauge)),
+        f"{1e2 * gauge['deviation']['p_max_MPa']:+.2f}",
+        "%",
+    ]
+    assert f" {1e2 * uncertainty:.2f} " in peak_line
+    assert "Hertz with the curvature of the gauge side" in text
+    # the peak of the ellipse in ParaView, and in its words
+    arrays = contact_surface(result, result.load.fe, None).point_data
+    assert arrays["hertz_pressure_MPa"].max() == pytest.approx(gauge["p_max_MPa"], rel=0.02)
+    assert f"Hertz {gauge['p_max_MPa']:.0f} MPa" in case_annotation(record).replace("\n", " ")

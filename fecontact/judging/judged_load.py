@@ -144,6 +144,11 @@ class JudgedLoad:
         return self.judgements[HERTZ].hertz
 
     @property
+    def deciding_ellipse(self) -> HertzContact:
+        """Hertz's ellipse with the curvature of the side that decides the requested verdict."""
+        return self.sides[(self.plastic or self).deciding_side].hertz
+
+    @property
     def deviation(self) -> Mapping[str, float]:
         """(Hertz - FE) / FE of each of `MEASURES`, and the `MISFITS`, on the deciding side."""
         return self.deciding.deviation

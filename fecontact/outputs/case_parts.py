@@ -26,6 +26,7 @@ from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
+    answer_sentence,
     cheapest_text,
     deciding_text,
     elastic_words,
@@ -77,17 +78,17 @@ def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
 
     If the verdict is unresolved, a line has the remedy.
     """
-    elastic, record = elastic_record(record), requested_record(record)
-    verdict, reference = record["verdict"], f" {AGAINST_YIELDING_BODIES}" * _has_plastic_step(record)
     yield f"{title}:" if title else ""
-    yield f"Hertz {verdict['answer']}{reference}; {deciding_text(record)}"
+    yield answer_sentence(record)
+    elastic, record = elastic_record(record), requested_record(record)
+    verdict = record["verdict"]
     other_measures = [name for name in verdict["failing"] if name != verdict["measure"]]
     yield f"also failing: {names_text(other_measures)}" if other_measures else ""
     unresolved_measures = [
         name for name, answer in verdict["each"].items() if answer == "UNRESOLVED" and name != verdict["measure"]
     ]
     yield f"also unresolved: {names_text(unresolved_measures)}" if unresolved_measures else ""
-    if reference:
+    if _has_plastic_step(record):
         yield record["plastic"][HERTZ]["cancelling"]
         yield f"{elastic_words(elastic['verdict']['answer'])}; {deciding_text(elastic)}"
     yield peak_range_text(elastic["fe"])

@@ -38,6 +38,7 @@ from fecontact.outputs.style import render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
+    answer_sentence,
     cheapest_text_of_row,
     deciding_measure_text,
     elastic_words,
@@ -211,14 +212,11 @@ def _answer_text(cases: Sequence[ReportedCase]) -> str:
             else ""
         )
         return answer_words([verdict_of(case.row) for case in cases], "cases") + elastic_part
-    (row,) = (case.row for case in cases)
-    cause_part = f"; {row['verdict_cause']}" if row.get("verdict_cause") else ""
-    reference = elastic_part = ""
-    if "elastic_verdict_answer" in row:
-        reference, elastic_part = f" {AGAINST_YIELDING_BODIES}", f"; {elastic_words(row['elastic_verdict_answer'])}"
-    return (
-        f"Hertz {verdict_of(row)}{reference}: {deciding_measure_text(row, cases[0].limits)}{cause_part}{elastic_part}"
-    )
+    ((row, record),) = ((case.row, case.record) for case in cases)
+    if not is_usable_status(row) or "verdict" not in record:
+        return f"Hertz {verdict_of(row)}: {deciding_measure_text(row, {})}"
+    elastic = record["elastic_verdict"]
+    return answer_sentence(record) + (f"; {elastic_words(elastic['answer'])}" if elastic is not None else "")
 
 
 def _pair_parts(shown: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Part]:

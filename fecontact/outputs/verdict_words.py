@@ -209,6 +209,23 @@ def deciding_text(record: Record) -> str:
     return f"{_decision_text(deciding_hertz(record), verdict)}{side}{cause}{variants}"
 
 
+def answer_sentence(record: Record) -> str:
+    """Requested verdict on Hertz with its deciding measure and its cause.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    str
+        The sentence, also for an unusable record.
+    """
+    reference = "" if record["plastic"] is None else f" {AGAINST_YIELDING_BODIES}"
+    return f"Hertz {record['verdict']['answer']}{reference}; {deciding_text(requested_record(record))}"
+
+
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:
     """Words for a theory or another answer.
 
@@ -416,7 +433,7 @@ def case_annotation(record: Record) -> str:
     str
         Lines of at most 40 characters.
     """
-    fe, hertz = (measures["p_max_MPa"] for measures in (requested_record(record)["fe"], record["theories"][HERTZ]))
+    fe, hertz = (measures["p_max_MPa"] for measures in (requested_record(record)["fe"], deciding_hertz(record)))
     lines = (
         case_words(record["case"]),
         f"Hertz {record['verdict']['answer']}: {verdict_reason(record)}",

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.contact_theories.registry import HERTZ
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.records.asked import requested_record
@@ -269,12 +268,11 @@ def _case_text(record: TableRecord, placement: Placement, fields: PressureFields
     """Text with all measures, deviations, uncertainties, limits and lobes of a load.
 
     It is a table in monospace columns, with the key of the line styles and the status below. At a junction the numbers
-    are by the curvature of the field side. With a yield stress they are of the bodies that yield.
+    are by the curvature of the side that decides the verdict, as the ellipse of the picture and the contributions to
+    the uncertainty. With a yield stress they are of the bodies that yield.
     """
     requested, first = requested_record(record), record["contact_points"][0]
-    has_yield, limits, fe = record["plastic"] is not None, record["verdict"]["limits"], requested["fe"]
-    # the ellipse in the picture, and the numbers, belong to one side
-    hertz = deciding_hertz(requested) if has_yield else record["theories"][HERTZ]
+    limits, fe, hertz = record["verdict"]["limits"], requested["fe"], deciding_hertz(requested)
     lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
     for name, answer in hertz["verdict"]["each"].items():
         words = MEASURE_WORDS[name]
@@ -288,8 +286,7 @@ def _case_text(record: TableRecord, placement: Placement, fields: PressureFields
         sizes = " ".join(f"{value:>6}" for value in values)
         lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
     if first["at_junction"]:
-        side = record["verdict"]["side"] if has_yield else "field"
-        lines.append(f"Hertz with the curvature of the {side} side")
+        lines.append(f"Hertz with the curvature of the {record['verdict']['side']} side")
     low, high = fields.limits_mm(across=True)
     dotted = (
         ", dotted: rail junction" if any(low < place < high for place in _junction_places_mm(placement, "rail")) else ""

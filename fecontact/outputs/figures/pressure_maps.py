@@ -46,7 +46,7 @@ class PressureFields:
     hertz
         Mean Hertz pressure (nx, ns) over the cells of the nodes.
     ellipse
-        Hertz's ellipse.
+        Hertz's ellipse, at a junction of curvatures with the curvature of the side that decides the verdict.
     elastic
         Pressure (nx, ns) of elastic bodies if there is a yield stress, or else None.
     """
@@ -71,7 +71,7 @@ class PressureFields:
         PressureFields
             The fields on a common grid.
         """
-        hertz, yielded = load.hertz, load.level.yielded
+        hertz, yielded = load.deciding_ellipse, load.level.yielded
         extents = hertz.extent_x_mm, hertz.extent_y_mm
         elastic = load.fe.even().pressure.covering(*extents)
         fe = elastic if yielded is None else yielded.fe.even().pressure.covering(*extents)

@@ -90,7 +90,8 @@ def _contact_fields(
         Arrays by the names in `contact_surface`, without `pressure_relief_mm`: pressures in MPa, gap in mm (NaN beyond
         the nodes of the solution), `in_contact` as 0 or 1. The grid has its origin at the first contact point.
     """
-    extents = result.hertz.extent_x_mm, result.hertz.extent_y_mm
+    ellipse = result.load.deciding_ellipse
+    extents = ellipse.extent_x_mm, ellipse.extent_y_mm
     grid = contact.pressure.covering(*extents).grid
     if yielded is not None:
         # bodies that yield may touch where elastic bodies do not
@@ -100,7 +101,10 @@ def _contact_fields(
     def interpolate(rung: Rung, values: Floats) -> Floats:
         return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    pressure, hertz = interpolate(contact, contact.pressure_MPa), average_pressure_over_cells(grid, result.hertz)
+    pressure, hertz = (
+        interpolate(contact, contact.pressure_MPa),
+        average_pressure_over_cells(grid, ellipse),
+    )
     is_inside = interpolate(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
     fields: dict[str, NDArray[Any]] = {
         "contact_pressure_MPa": pressure,
@@ -142,7 +146,7 @@ def ellipse_lines(result: CaseResult) -> Any:
     relief = RegularGridInterpolator(
         (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _judged_pressure(fields), bounds_error=False, fill_value=0.0
     )
-    lines = [_ellipse_line(result.placement, relief, result.hertz, 0.0, 0.0)]
+    lines = [_ellipse_line(result.placement, relief, result.load.deciding_ellipse, 0.0, 0.0)]
     for lobe in lobes if len(lobes) > 1 else ():
         if lobe.hertz is not None and lobe.touch is not None:
             x_mm = lobe.touch.x_mm - result.placement.first.x_mm

@@ -214,9 +214,9 @@ def _add_field_data(mesh: Any, result: CaseResult) -> None:
         "lateral_shift_mm": result.case.lateral_shift_mm,
         "load_kN": result.case.load_N / 1e3,
         "normal_force_N": result.normal_force_N,
-        "hertz_p0_MPa": result.hertz.p0_MPa,
-        "hertz_a_mm": result.hertz.a_mm,
-        "hertz_b_mm": result.hertz.b_mm,
+        "hertz_p0_MPa": result.load.deciding_ellipse.p0_MPa,
+        "hertz_a_mm": result.load.deciding_ellipse.a_mm,
+        "hertz_b_mm": result.load.deciding_ellipse.b_mm,
     }
     for name, value in numbers.items():
         mesh.field_data[name] = np.array([value])

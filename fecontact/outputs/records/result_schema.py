@@ -88,6 +88,11 @@ def _read_keys() -> dict[str, Any]:
         declared["result"][name] = feature_keys["result"]
         declared["shapes"] |= feature_keys["shapes"]
         declared["columns"]["of_load"] += feature_keys["columns"]
+    shapes = declared["shapes"]
+    for shape, keys in shapes.items():
+        if "include" in keys:
+            # the included keys come first
+            shapes[shape] = shapes[keys.pop("include")] | keys
     return declared
 
 
