@@ -9,6 +9,8 @@ offers by their places, so that they are imported on first use:
     Groups of the command line's help, and the commands in each; an `App` has commands of its own.
 `NAMES`
     Functions and classes of `fecontact`, with equal names there.
+`RESULT_FILES`
+    Files that identify a folder of results, with the kind of the results.
 `LOADED_CONICITIES`
     A function of a case, a wheel load (N) and `progress`: conicities of the loaded wheelset.
 

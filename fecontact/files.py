@@ -132,15 +132,32 @@ def write_sealed(path: Path, value: Mapping[str, object], companions: Sequence[P
     value
         Content.
     companions
-        Files that were written with the document, for example its table.
+        Files that were written with the document, for example its table, in its folder or below.
 
     Returns
     -------
     Path
         `path`.
     """
-    digests = {_SEALED_CONTENT: _digest(format_json(value)), **{file.name: hash_file(file) for file in companions}}
+    digests = {_SEALED_CONTENT: _digest(format_json(value))}
+    digests |= {file.relative_to(path.parent).as_posix(): hash_file(file) for file in companions}
     return write_json(path, {**value, SEAL_KEY: digests})
+
+
+def list_companions(document: Mapping[str, Any]) -> dict[str, str]:
+    """Checksums of the companion files of a document that `write_sealed` wrote.
+
+    Parameters
+    ----------
+    document
+        Content of the document.
+
+    Returns
+    -------
+    dict
+        Checksums by the path of the file, relative to the folder of the document.
+    """
+    return {name: digest for name, digest in document[SEAL_KEY].items() if name != _SEALED_CONTENT}
 
 
 def explain_broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:

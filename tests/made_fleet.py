@@ -12,7 +12,8 @@ import pyarrow
 from pyarrow.parquet import write_table
 
 from fecontact.case import Case
-from fecontact.files import write_json
+from fecontact.features.fleet.sealed_folder import write_record
+from fecontact.files import SEAL_KEY, read_json
 
 SHIFTS_MM = (-6.0, -3.0, 0.0, 3.0, 6.0)
 LOADS_KN = (40.0, 80.0, 120.0)
@@ -119,9 +120,16 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
                     )
     for number in range(parts):
         write(folder / "screen" / f"part-{number}.parquet", rows[number::parts])
+    (folder / "fleet.toml").write_text("# a made fleet has no file\n", "utf-8")
     population = f"{wheels} wheels on {rails} rails, all pairs by their weights, 5 shifts and 3 loads"
-    write_json(folder / "fleet.json", {"population": population, "theory": "strip", "filters_mm": [4.0, 8.0]})
+    seal(folder, {"population": population, "theory": "strip", "filters_mm": [4.0, 8.0]})
     return Made(folder=folder, truth=truth, weights=weights)
+
+
+def seal(folder: Path, record: dict | None = None) -> None:
+    """Write the checksums of the present tables, with a new record or the present one."""
+    record = record or {key: value for key, value in read_json(folder / "fleet.json").items() if key != SEAL_KEY}
+    write_record(folder, record, [path.name for path in (folder / "screen").iterdir()])
 
 
 def write(path: Path, rows: list[dict]) -> None:

@@ -9,6 +9,7 @@ import contextlib
 import errno
 import glob
 import os
+import re
 import secrets
 import shutil
 import socket
@@ -24,6 +25,8 @@ from fecontact.files import hash_file, read_json, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
+# Names of temporary folders and files, and of the progress of a job.
+_LEFTOVER = re.compile(r"\..+\.([0-9a-f]{4,}(\.[^.]+)?|under-way)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,11 +96,16 @@ def replace_folder(final: Path, name: str, origin: Origin, run: str = "") -> Ite
         The temporary folder.
     """
     temporary = _name_temporary_folder(final)
-    temporary.mkdir(parents=True)
     try:
+        temporary.mkdir(parents=True)
         yield temporary
         write_manifest(temporary, [path for path in temporary.rglob("*") if path.is_file()], name, origin, run)
         _replace_folder(temporary, final)
+    except OSError as error:
+        # the user knows the final name
+        if error.filename is not None:
+            error.filename = str(error.filename).replace(str(temporary), str(final))
+        raise
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
         _progress_file(final, name).unlink(missing_ok=True)
@@ -213,6 +221,8 @@ def remove_leftovers(parent: Path, name: str | None = None) -> None:
         Id of a job; None for all jobs in the store. Then no other process may be using the store.
     """
     for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
+        if path.is_symlink() or not _LEFTOVER.fullmatch(path.name):
+            continue
         if path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:
@@ -266,7 +276,7 @@ def read_intact_manifest(folder: Path) -> dict[str, Any] | str:
     manifest = _read_manifest(folder)
     if isinstance(manifest, str):
         return manifest
-    return _find_damage(folder, manifest["files"]) or manifest
+    return find_damage(folder, manifest["files"]) or manifest
 
 
 def _read_manifest(folder: Path) -> dict[str, Any] | str:
@@ -289,10 +299,20 @@ def _read_manifest(folder: Path) -> dict[str, Any] | str:
     return manifest
 
 
-def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
-    """Describe the first damaged or missing file of a folder; None if all files are unchanged.
+def find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
+    """Describe the first damaged or missing file of a folder.
 
-    `files` has the checksum of each file by its path in the folder. Paths that leave the folder count as damage.
+    Parameters
+    ----------
+    folder
+        Folder of a result.
+    files
+        Checksum of each file by its path in the folder. Paths that leave the folder count as damage.
+
+    Returns
+    -------
+    str or None
+        The damage; None if all files are unchanged.
     """
     for name, digest in files.items():
         try:
@@ -305,7 +325,7 @@ def _find_damage(folder: Path, files: Mapping[str, str]) -> str | None:
         except OSError as error:
             return f"{name} cannot be read ({error.strerror})"
         except ValueError:
-            return f"{MANIFEST} names {name!r:.60}, which cannot be the name of a file"
+            return f"there are checksums of {name!r:.60}, which cannot be the name of a file"
         if actual != digest:
             return f"{name} is damaged (its checksum differs)"
     return None
@@ -382,8 +402,12 @@ def _lock_file(path: Path, holder: str, *, shared: bool = False) -> Iterator[Non
     Raises
     ------
     InputError
-        If another process holds the file, or if the file system has no locks.
+        If another process holds the file, if the file system has no locks, or if the path is not a regular file: the
+        target of a link would be emptied.
     """
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        kind = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a pipe or a device"
+        raise InputError(f"{path} is {kind} instead of the lock file of a run; remove it, or give a different --out")
     # not truncated before it is locked: its text names the present holder
     with open(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+", encoding="utf-8") as file:
         try:

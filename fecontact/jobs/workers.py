@@ -134,6 +134,8 @@ class JobOutcome:
         Reason for a missing result; None if the job has a result.
     is_program_error
         Whether the failure is an error of the program, which is not caused by the inputs of the job.
+    is_system_failure
+        Whether memory, disk, or the loss of a worker caused the failure, and not the inputs of the job.
     short_of_memory
         Whether the job may succeed when it runs alone.
     value
@@ -149,6 +151,7 @@ class JobOutcome:
     name: str
     failure: str | None = None
     is_program_error: bool = False
+    is_system_failure: bool = False
     short_of_memory: bool = False
     value: Any = None
     unreadable: str | None = None
@@ -194,12 +197,15 @@ def _try_job(job: Job) -> JobOutcome:
     try:
         return _do_job(job)
     except MemoryError:
-        return _describe_failure(job, "out of memory", is_short_of_memory=True)
+        return _describe_failure(job, "out of memory", is_short_of_memory=True, is_system_failure=True)
     except FecontactError as error:
-        return _describe_failure(job, str(error), is_short_of_memory=isinstance(error, MemoryShortageError))
+        is_short = isinstance(error, MemoryShortageError)
+        is_system_failure = is_short or isinstance(error, WorkersLost)
+        return _describe_failure(job, str(error), is_short_of_memory=is_short, is_system_failure=is_system_failure)
     except OSError as error:
         # most often a full disk
-        return _describe_failure(job, f"{error.strerror or error} ({error.filename})" if error.filename else str(error))
+        failure = f"{error.strerror or error} ({error.filename})" if error.filename else str(error)
+        return _describe_failure(job, failure, is_system_failure=True)
     except Exception as error:
         # other jobs go on; `finish` raises `ProgramError` for an error that no input can cause
         file = error_file(job.folder)
@@ -214,8 +220,15 @@ def error_file(folder: Path) -> Path:
     return folder.with_name(f"{folder.name}.error.txt")
 
 
-def _describe_failure(job: Job, failure: str, *, is_short_of_memory: bool = False) -> JobOutcome:
-    return JobOutcome(name=job.name, failure=failure, short_of_memory=is_short_of_memory and not job.alone)
+def _describe_failure(
+    job: Job, failure: str, *, is_short_of_memory: bool = False, is_system_failure: bool = False
+) -> JobOutcome:
+    return JobOutcome(
+        name=job.name,
+        failure=failure,
+        is_system_failure=is_system_failure,
+        short_of_memory=is_short_of_memory and not job.alone,
+    )
 
 
 def _do_job(job: Job) -> JobOutcome:
@@ -226,13 +239,13 @@ def _do_job(job: Job) -> JobOutcome:
 
     Raises
     ------
-    InputError
-        If the worker has other versions or no access to the files.
+    WorkersLost
+        If the worker has other versions.
     MemoryShortageError
         If the memory did not suffice while other jobs ran.
     """
     if problem := describe_worker_differences(job):
-        raise InputError(problem)
+        raise WorkersLost(problem)
     stored_before, unreadable = check_stored_job(job.folder, job.name, job.origin), None
     if stored_before.usable and (not job.force or (job.run and stored_before.run == job.run)):
         # the job is finished: by an earlier run, or by a worker that was lost before it could report
@@ -327,7 +340,7 @@ class Crew:
 
 
 class WorkersLost(FecontactError):
-    """Workers have ended, or cannot be reached any more; stored results are kept."""
+    """Workers have ended, cannot be reached any more, or have different versions; stored results are kept."""
 
     exit_code = 3
 
@@ -699,10 +712,13 @@ def _run_alone(job: Job, crew: Crew, report: JobReceiver, *, deaths: int) -> Job
         if outcome is not None:
             return outcome[0]
         deaths += 1
-    # ParaView's writers can end the process if the disk is full, so free space is read before files are removed
-    full = shutil.disk_usage(job.folder.parent).free < _FULL_DISK_BYTES
+    # ParaView's writers can end the process if the disk is full, so free space is read before files are removed. A
+    # process that dies at its start has not made the folder of the store
+    existing_folder = next(folder for folder in job.folder.parents if folder.exists())
+    full = shutil.disk_usage(existing_folder).free < _FULL_DISK_BYTES
     remove_leftovers(job.folder.parent, job.name)
-    return JobOutcome(name=job.name, failure=f"the process died twice ({'disk full' if full else 'out of memory'}?)")
+    failure = f"the process died twice ({'disk full' if full else 'out of memory'}?)"
+    return JobOutcome(name=job.name, failure=failure, is_system_failure=True)
 
 
 def _collect_outcome(
@@ -729,4 +745,12 @@ def _collect_outcome(
     except Exception as error:
         # errors of the executor, such as a cluster that has given the job up
         failure, is_program_error = f"{type(error).__name__}: {error}", isinstance(error, PROGRAM_ERRORS)
-    return tuple(JobOutcome(name=job.name, failure=failure, is_program_error=is_program_error) for job in group)
+    return tuple(
+        JobOutcome(
+            name=job.name,
+            failure=failure,
+            is_program_error=is_program_error,
+            is_system_failure=not is_program_error,
+        )
+        for job in group
+    )

@@ -11,6 +11,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.feature_registry import iterate_offers
 from fecontact.regression.checks import Check
 from fecontact.runs.toml_cases import read_toml_cases
 
@@ -74,16 +75,25 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     raise InputError(f"study {path}: the file ending is {path.suffix or '(none)'}; allowed: .py, .toml")
 
 
+_RESULT_FILES = {"study.json": "study", "row.json": "case", "map.json": "map"}
+
+
 def list_result_files() -> dict[str, str]:
     """Files that identify a folder of results, with the kind of the results."""
-    return {"study.json": "study", "row.json": "case", "map.json": "map"}
+    return _RESULT_FILES | list_feature_result_files()
+
+
+def list_feature_result_files() -> dict[str, str]:
+    """Files that identify a folder of a feature's results, with the kind of the results."""
+    return {file: kind for _, files in iterate_offers("RESULT_FILES") for file, kind in files.items()}
 
 
 def _describe_folder(folder: Path) -> str:
     """Describe a folder that was given in place of a file, and the remedy."""
     for file, kind in list_result_files().items():
         if (folder / file).is_file():
-            return f"this folder has the results of a {kind}; give the file of a study, or use `fecontact judge`"
+            remedy = ", or use `fecontact judge`" if file in _RESULT_FILES else ""
+            return f"this folder has the results of a {kind}; give the file of a study{remedy}"
     study_files = sorted(path for path in folder.iterdir() if path.suffix in (".toml", ".py"))
     files = ", ".join(map(str, study_files[:3])) + ", ..." * (len(study_files) > 3)
     return f"this is a folder; give the file of a study{f', such as {files}' if files else ''}"

@@ -90,6 +90,10 @@ def prepare_folder(out: Path, result_file: str, can_continue: Callable[[Any], bo
     probe = out / f".probe.{secrets.token_hex(6)}"
     try:
         probe.write_bytes(b"0")
+    except OSError as error:
+        # the user knows the folder
+        error.filename = str(out)
+        raise
     finally:
         probe.unlink(missing_ok=True)
 

@@ -19,7 +19,7 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
-from fecontact.runs.casefile import list_result_files
+from fecontact.runs.casefile import list_feature_result_files, list_result_files
 from fecontact.runs.report import report_judged
 from fecontact.runs.store import RECORD_FILE, ROW_FILE, name_case_folder, read_case
 from fecontact.runs.stored_folder import describe_unusable_result, read_stored_study
@@ -251,6 +251,7 @@ def refuse_output_folder(folder: Path, out: Path | None) -> None:
         relation = "is" if out.resolve() == folder.resolve() else "is inside"
         raise InputError(f"--out {out} {relation} the folder of the results, which is not changed; give another folder")
     if out is not None and any((out / file).is_file() for file in list_result_files()):
-        solved_file = next((name for name in _FILES_OF_SOLVED_RESULTS if (out / name).exists()), None)
+        solved_names = (*_FILES_OF_SOLVED_RESULTS, *list_feature_result_files())
+        solved_file = next((name for name in solved_names if (out / name).exists()), None)
         if solved_file is not None:
             raise InputError(f"--out {out} has other solved results ({solved_file}); give another folder")

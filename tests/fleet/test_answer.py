@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pyarrow.parquet
 import pytest
-from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, write
+from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, seal, write
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.answer import evaluate_fleet
@@ -93,7 +93,8 @@ def test_the_sample_covers_the_truth(fleet, sampled):
 def test_many_samples_cover_the_truth(fleet, sampled):
     covers = []
     for seed in range(20):
-        (fleet.folder / "sample.parquet").unlink(missing_ok=True)
+        for name in ("sample.parquet", "sample.json"):
+            (fleet.folder / name).unlink(missing_ok=True)
         sampled(fleet, 100, seed)
         share = evaluate_fleet(fleet.folder).whole.share("HOLDS")
         covers.append(share.low <= fleet.share <= share.high)
@@ -130,6 +131,7 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
     path = fleet.folder / "screen" / "part-0.parquet"
     rows = rows_of(path)
     write(path, [row | {"verdict": "FAILS", "margin": -5.0} for row in rows])
+    seal(fleet.folder)
     with pytest.raises(InputError, match="drawn positions have a different screen verdict or weight since the draw"):
         evaluate_fleet(fleet.folder)
 
@@ -139,6 +141,7 @@ def test_an_empty_part_is_told(tmp_path):
     fleet_made = made_fleet(tmp_path / "one", wheels=2, rails=2, parts=1)
     path = fleet_made.folder / "screen" / "part-0.parquet"
     write(path, [row | {"verdict": "REFUSED", "margin": None} for row in rows_of(path)])
+    seal(fleet_made.folder)
     answer = evaluate_fleet(fleet_made.folder)
     assert (answer.network, answer.worst, answer.theories) == (None, [], [])
     assert [row["verdicts"] for row in answer.causes] == ["refused"] * len(answer.causes)
@@ -187,6 +190,7 @@ def test_shifts_that_were_drawn_at_random_are_rounded(fleet):
     for file in path.iterdir():
         file.unlink()
     write(path / "part-0.parquet", [row | {"shift_mm": float(random.uniform(-8.0, 8.0))} for row in rows])
+    seal(fleet.folder)
     answer = evaluate_fleet(fleet.folder)
     assert {cell["shift"] for cell in answer.cells} <= set(np.arange(-8.0, 8.5, 0.5))
     assert math.fsum(cell["weight"] for cell in answer.cells) == pytest.approx(1.0)
@@ -201,6 +205,7 @@ def test_shifts_and_loads_that_go_together_are_rounded(fleet):
     places = [{"shift_mm": 1.1 * k - 3.0, "load_kN": 52.3 + 1.7 * k} for k in range(7)]
     moved_rows = [row | places[number % 7] for number, row in enumerate(rows)]
     write(path / "part-0.parquet", moved_rows)
+    seal(fleet.folder)
     answer = evaluate_fleet(fleet.folder)
     expected = {(0.5 * round(2.0 * place["shift_mm"]), 10.0 * round(0.1 * place["load_kN"])) for place in places}
     assert {(cell["shift"], cell["load"]) for cell in answer.cells} == expected

@@ -23,7 +23,14 @@ from fecontact.features.fleet.estimate import (
     find_share_bounds,
 )
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
-from fecontact.features.fleet.tables import STRATA, open_tables, query_rows, quote_column
+from fecontact.features.fleet.sealed_folder import (
+    FLEET_RECORD,
+    check_sample,
+    describe_redraw,
+    digest_screen,
+    refuse_damaged_fleet,
+)
+from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, quote_column
 from fecontact.files import read_json
 from fecontact.outputs.flat_records import Record
 
@@ -188,11 +195,11 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
     InputError
         If the fleet is not screened, or was screened again after its sample was drawn.
     """
-    with open_tables(folder) as tables:
+    with refuse_damaged_fleet(folder), open_tables(folder) as tables:
         _refuse_old_sample(tables, folder)
         (population,) = _query_subpopulations(tables).values()
         return FleetAnswer(
-            about=read_json(folder / "fleet.json"),
+            about=read_json(folder / FLEET_RECORD),
             whole=population,
             network=_estimate_network_share(tables, population),
             groups={
@@ -211,17 +218,21 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
 
 
 def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
-    """Raise InputError if strata or weights of drawn positions changed after the draw."""
+    """Raise InputError if the positions were screened with a different result after the sample was drawn."""
+    if check_sample(folder) in (None, digest_screen(read_json(folder / FLEET_RECORD))):
+        return
     (row,) = query_rows(
         tables,
-        "SELECT (SELECT count(*) FROM sample) - (SELECT count(*) FROM drawn WHERE drawn_stratum = stratum"
-        " AND drawn_weight = weight) AS changed",
+        "SELECT count(*) AS drawn, (SELECT count(*) FROM drawn WHERE drawn_stratum = stratum AND drawn_weight = weight)"
+        " AS unchanged FROM sample",
     )
-    if row["changed"]:
-        raise InputError(
-            f"{folder}: {row['changed']} drawn positions have a different screen verdict or weight since the draw; draw"
-            f" again (solved positions are kept): fecontact fleet sample {folder}"
-        )
+    changed = row["drawn"] - row["unchanged"]
+    reason = (
+        f"{changed} drawn positions have a different screen verdict or weight since the draw"
+        if changed
+        else "the positions were screened again with a different result since the sample was drawn"
+    )
+    raise InputError(f"{folder}: {reason}; {describe_redraw(folder, row['drawn'])}")
 
 
 def _query_subpopulations(
@@ -252,7 +263,9 @@ def _query_subpopulations(
     )
     by_stratum: dict[tuple[str, str], list[Record]] = defaultdict(list)
     for row in query_rows(
-        tables, f"SELECT value, stratum, fe_verdict, weight, inclusion_probability FROM {join_profiles('drawn')}"
+        tables,
+        f"SELECT value, stratum, fe_verdict, weight, inclusion_probability FROM {join_profiles('drawn')}"
+        f" ORDER BY {POSITION_COLUMNS}",
     ):
         by_stratum[row["value"], row["stratum"]].append(row)
     rows_by_stratum = {(row["value"], row["stratum"]): row for row in strata}
@@ -288,7 +301,8 @@ def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
     """Row of a stratum: answers of finite elements, and the share that contradicts the screening."""
     solved_rows = query_rows(
         tables,
-        "SELECT verdict, fe_verdict, weight / inclusion_probability AS stands_for FROM drawn WHERE stratum = ?",
+        "SELECT verdict, fe_verdict, weight / inclusion_probability AS stands_for FROM drawn WHERE stratum = ?"
+        f" ORDER BY {POSITION_COLUMNS}",
         stratum.name,
     )
     decided = [row for row in solved_rows if {row["verdict"], row["fe_verdict"]} <= {HOLDS, FAILS}]
@@ -315,7 +329,7 @@ def _make_stratum_row(tables: DuckDBPyConnection, stratum: Stratum) -> Record:
 def _estimate_network_share(tables: DuckDBPyConnection, population: Subpopulation) -> Share | None:
     """Share for the network: the distances of the limits by other profiles and by the sample, squared and added."""
     pairs = query_rows(
-        tables, "SELECT wheel, rail, stratum, sum(weight) AS weight FROM screen GROUP BY wheel, rail, stratum"
+        tables, "SELECT wheel, rail, stratum, sum(weight) AS weight FROM screen GROUP BY ALL ORDER BY ALL"
     )
     wheels, rails = (np.unique([row[body] for row in pairs], return_inverse=True)[1] for body in ("wheel", "rail"))
     if min(wheels.max(), rails.max()) + 1 < _LEAST_PROFILES:
@@ -419,7 +433,8 @@ def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list
     """
     return query_rows(
         tables,
-        f"SELECT coalesce({value}, 'none') AS value, string_agg(DISTINCT lower(verdict), ', ') AS verdicts,"
+        f"SELECT coalesce({value}, 'none') AS value,"
+        " string_agg(DISTINCT lower(verdict), ', ' ORDER BY lower(verdict)) AS verdicts,"
         " sum(weight) / (SELECT sum(weight) FROM screen) AS share, count(*) AS positions"
         f" FROM screen WHERE {where} GROUP BY value ORDER BY share DESC, value",
     )
@@ -427,8 +442,9 @@ def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list
 
 _WORST_PAIRS = f"""
     SELECT wheel, rail, count(*) AS positions, {_SHARES_SQL}, min(margin) AS margin,
-           arg_min(shift_mm, margin) AS shift_mm, arg_min(load_kN, margin) AS load_kN, arg_min(cause, margin) AS cause
-    FROM screen GROUP BY wheel, rail HAVING min(margin) IS NOT NULL
+           arg_min(shift_mm, place) AS shift_mm, arg_min(load_kN, place) AS load_kN, arg_min(cause, place) AS cause
+    FROM (SELECT *, CASE WHEN margin IS NOT NULL THEN row(margin, shift_mm, load_kN) END AS place FROM screen)
+    GROUP BY wheel, rail HAVING min(margin) IS NOT NULL
     ORDER BY coalesce(holds, 0), fails DESC NULLS LAST, margin, wheel, rail LIMIT {_WORST_COUNT}"""
 _FILES = """
     SELECT body, status, coalesce(reason, '') AS reason, coalesce(remedy, '') AS remedy, count(*) AS files,

@@ -34,6 +34,7 @@ def sample(
     """
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.sampling import draw_sample, make_cases, solve_sample
+    from fecontact.features.fleet.sealed_folder import lock_fleet
     from fecontact.jobs.workers import count_default_workers
     from fecontact.runs.cost import STUDY_FILES_S, estimate_cost
 
@@ -43,8 +44,9 @@ def sample(
         raise InputError(
             f"--part is {how.part}; a sample cannot be solved in parts; leave out --part, or use --scheduler"
         )
-    case_of = open_fleet(folder).case
-    drawn_positions = draw_sample(folder, finite_elements, seed)
+    with lock_fleet(folder):
+        case_of = open_fleet(folder).case
+        drawn_positions = draw_sample(folder, finite_elements, seed)
     surplus = len(drawn_positions.rows) - finite_elements
     with log_command(folder / "sample" / "run.log"):
         changed = f"; {drawn_positions.dropped} earlier draws are not in this population" * (
@@ -90,9 +92,11 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.answer import evaluate_fleet
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import make_answer_rows, make_report_parts, write_report
+    from fecontact.features.fleet.sealed_folder import lock_fleet, refuse_damaged_fleet
 
-    fleet_answer = evaluate_fleet(folder)
-    page = write_report(fleet_answer, folder, open_fleet(folder).case)
+    with lock_fleet(folder), refuse_damaged_fleet(folder):
+        fleet_answer = evaluate_fleet(folder)
+        page = write_report(fleet_answer, folder, open_fleet(folder).case)
     tell(
         make_answer_rows(fleet_answer) if json else fleet_answer,
         lambda answer: make_report_parts(answer, folder / "report"),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,16 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import BODIES, Candidate, find_candidates, weigh_candidate_pairs
 from fecontact.features.fleet.profile_files import select_reading
-from fecontact.features.fleet.running import FLEET_FILE, FLEET_RECORD
 from fecontact.features.fleet.screening_rows import Row
-from fecontact.features.fleet.tables import PROFILES, import_arrow
-from fecontact.files import read_json
+from fecontact.features.fleet.sealed_folder import (
+    FLEET_FILE,
+    PROFILES,
+    describe_rerun,
+    read_record,
+    refuse_damaged_fleet,
+)
+from fecontact.features.fleet.tables import read_parquet
+from fecontact.files import hash_file
 from fecontact.profiles.resolve import select_used_options
 
 # CPU seconds per file, per pair, per shift and per position on each profile variant of it; MB per worker, kB per pair
@@ -125,6 +131,7 @@ class ScreenedFleet:
     fleet: Fleet
     record: Mapping[str, Any]
     _rows: Mapping[tuple[str, str], Row]
+    _unchanged_files: set[str] = field(default_factory=set)
 
     def case(self, wheel: str, rail: str, shift_mm: float, load_kN: float) -> Case:
         """Case of a position.
@@ -144,11 +151,12 @@ class ScreenedFleet:
         Raises
         ------
         InputError
-            If a value is out of the range of a case.
+            If a value is out of the range of a case, or the file of a profile was changed after it was screened.
         """
         profile_inputs: dict[str, Any] = {}
         for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
             row = self._rows[body, profile_name]
+            self._refuse_changed_file(row["file"], row["content_hash"])
             table_values = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
             candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
             profile_inputs |= {
@@ -159,6 +167,18 @@ class ScreenedFleet:
         if radius is not None and math.isfinite(radius):
             profile_inputs["rolling_radius_mm"] = float(radius)
         return replace(self.fleet.case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
+
+    def _refuse_changed_file(self, file: str, checksum: str) -> None:
+        """Raise InputError if the file of a profile, if it has one, is not the screened file."""
+        if not checksum or file in self._unchanged_files:
+            return
+        try:
+            is_unchanged = hash_file(Path(file)) == checksum
+        except OSError as error:
+            raise InputError(f"{file} cannot be read ({error.strerror}); restore the file") from error
+        if not is_unchanged:
+            raise InputError(f"{file} was changed after it was screened; {describe_rerun(self.out)}")
+        self._unchanged_files.add(file)
 
 
 def open_fleet(out: str | Path) -> ScreenedFleet:
@@ -177,7 +197,7 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     Raises
     ------
     InputError
-        If the folder has no screened fleet.
+        If the folder has no screened fleet, or a table was changed.
 
     Examples
     --------
@@ -192,13 +212,12 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     1
     """
     folder = Path(out)
-    if not (folder / FLEET_RECORD).is_file() or not (folder / FLEET_FILE).is_file():
-        raise InputError(f"{folder} has no {FLEET_RECORD}; give the folder of a finished `fecontact fleet run`")
-    record = read_json(folder / FLEET_RECORD)
-    rows = import_arrow("parquet").ParquetFile(folder / PROFILES).read().to_pylist()
-    return ScreenedFleet(
-        out=folder,
-        fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
-        record=record,
-        _rows={(row["body"], row["name"]): row for row in rows},
-    )
+    with refuse_damaged_fleet(folder):
+        record = read_record(folder)
+        rows = read_parquet(folder / PROFILES).to_pylist()
+        return ScreenedFleet(
+            out=folder,
+            fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
+            record=record,
+            _rows={(row["body"], row["name"]): row for row in rows},
+        )

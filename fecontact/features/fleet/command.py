@@ -35,9 +35,11 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         position) and fleet.json. A file that you add later costs only the time of this file and its pairs.
     """
     from fecontact.features.fleet.running import refuse_part, run_fleet
+    from fecontact.features.fleet.sealed_folder import prepare_for_fleet
 
     settings = how.settings()
     refuse_part(settings)
+    prepare_for_fleet(file, out, force=how.force)
     with log_command(out / "run.log"):
         announce_cost(file, how)
         with show_progress_by_kind("files", "pairs", quiet=how.quiet) as progress:
@@ -48,6 +50,16 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
                 f"{screening.reused} of {screening.pairs} pairs were finished by an earlier run", quiet=how.quiet
             )
         print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
+        print_reasons(
+            f"{len(screening.unread)} of {screening.profiles} files were not read for want of memory, disk space or"
+            " workers; run the same command again",
+            screening.unread,
+        )
+        if screening.removed_report:
+            print_result(
+                f"the report of the earlier tables was removed; write it again: fecontact fleet report {out}",
+                quiet=how.quiet,
+            )
         for name, notes in screening.notes.items():
             for note in notes:
                 write_to_log(f"{name}: {note}")
@@ -60,7 +72,7 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
         print_reasons(f"{len(failed)} of {screening.pairs} pairs failed", failed)
         report_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
-    return 3 if screening.failed else 0
+    return 3 if screening.failed or screening.unread else 0
 
 
 @fleet.command

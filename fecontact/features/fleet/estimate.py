@@ -357,8 +357,9 @@ def bootstrap_share(
     bootstrap_shares = []
     for _ in range(REPEATS):
         times = _count_draws(random, wheels) * _count_draws(random, rails)
-        if (total := float(times @ weights)) > 0.0:
-            bootstrap_shares.append(float(times @ holding) / total)
+        # sums, not products of vectors: on several threads their last digits differ
+        if (total := float(np.sum(times * weights))) > 0.0:
+            bootstrap_shares.append(float(np.sum(times * holding)) / total)
     low, high = np.quantile(bootstrap_shares, [0.5 * (1.0 - CONFIDENCE), 0.5 * (1.0 + CONFIDENCE)])
     return Share(estimate=float(holding.sum() / weights.sum()), low=float(low), high=float(high))
 

@@ -2,3 +2,4 @@
 
 COMMANDS = {"Solve": ("command.fleet",)}
 NAMES = ("running.run_fleet", "checking.check_fleet", "checking.open_fleet")
+RESULT_FILES = {"fleet.json": "fleet"}

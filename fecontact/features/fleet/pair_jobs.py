@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 
@@ -11,14 +12,17 @@ from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
+from fecontact.features.fleet.packages import import_arrow
 from fecontact.features.fleet.population import Candidate, Pair, weigh_candidate_pairs
-from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
+from fecontact.features.fleet.profile_files import UNREAD, ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
-from fecontact.features.fleet.tables import PROFILES, SCREEN, import_arrow
-from fecontact.files import write_atomically
+from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
+from fecontact.features.fleet.tables import read_parquet, write_parquet
+from fecontact.files import remove_unfinished, write_atomically
 from fecontact.jobs.engine import OpenRun
+from fecontact.jobs.workers import WorkersLost
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import digest_json
@@ -48,6 +52,8 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     ------
     InputError
         If no wheel or no rail could be read, or for pairs that are not allowed.
+    WorkersLost
+        If no wheel or no rail was read for want of memory, disk space or workers.
     """
     weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
     for profile in profiles:
@@ -55,8 +61,11 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
             weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
     for body, body_weights in weights.items():
         if not body_weights:
-            reason = next(read_refusal_reason(profile) for profile in profiles if profile.candidate.body == body)
-            raise InputError(f"[{body}s]: no file could be read; first reason: {reason}; all reasons: {PROFILES}")
+            unusable = [profile for profile in profiles if profile.candidate.body == body]
+            reason = f"first reason: {read_refusal_reason(unusable[0])}; all reasons: {PROFILES}"
+            if unread := [profile for profile in unusable if profile.record["status"] == UNREAD]:
+                raise WorkersLost(f"[{body}s]: no file could be read; {reason}; {unread[0].record['remedy']}")
+            raise InputError(f"[{body}s]: no file could be read; {reason}")
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
     return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 
@@ -129,7 +138,7 @@ def screen_pairs(
     """
     jobs = list(_list_pair_jobs(fleet, profiles, _sort_into_tiles(pairs)))
     labels = {job_id: f"{wheel} on {rail}" for (wheel, rail), job_id, _ in jobs}
-    outcomes = run_fleet_jobs({job_id: work for _, job_id, work in jobs}, labels, out / "pairs", None, open_run)
+    outcomes = run_fleet_jobs({job_id: work for _, job_id, work in jobs}, labels, out / PAIR_JOBS, None, open_run)
     return {pair: failure for pair, job_id, _ in jobs if (failure := outcomes[job_id].failure) is not None}
 
 
@@ -168,10 +177,15 @@ def write_screen(
     -------
     dict
         Weight of each verdict.
+
+    Raises
+    ------
+    InputError
+        If `screen/` has a table that no screening wrote.
     """
-    parquet, lib = import_arrow("parquet"), import_arrow("lib")
+    lib, earlier_parts = import_arrow("lib"), list_own_parts(out)
     verdict_weights: dict[str, float] = {verdict: 0.0 for verdict in VERDICTS}
-    written = set()
+    written: set[str] = set()
     for number, (_, wheel_jobs) in enumerate(
         groupby(_list_pair_jobs(fleet, profiles, sorted(pairs)), key=lambda job: job[0][0])
     ):
@@ -185,7 +199,7 @@ def write_screen(
                 ]
                 table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
-                table = parquet.ParquetFile(out / "pairs" / job_id / ROWS_FILE).read()
+                table = read_parquet(out / PAIR_JOBS / job_id / ROWS_FILE)
             weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
                 verdict_weights[verdict] += weight
@@ -193,9 +207,9 @@ def write_screen(
             arrays = [lib.array(column) for column in pair_columns]
             tables.append(lib.Table.from_arrays([*arrays, *table.columns], schema=make_schema(*_PAIR_COLUMNS)))
         wheel_table = lib.concat_tables(tables)
-        write_atomically(path, lambda temporary, wheel_table=wheel_table: parquet.write_table(wheel_table, temporary))  # type: ignore[misc]
+        write_atomically(path, partial(write_parquet, wheel_table))
         written.add(path.name)
-    for path in (out / SCREEN).iterdir():
-        if path.name not in written:
-            path.unlink()
+    remove_unfinished(out / SCREEN)
+    for name in earlier_parts - written:
+        (out / SCREEN / name).unlink()
     return verdict_weights

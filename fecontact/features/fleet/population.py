@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
@@ -13,6 +14,7 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, normalise_weights
+from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.tables import read_rows, read_weight
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.readers.columns import file_bytes
@@ -94,8 +96,8 @@ def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]
     path = folder / text
     if is_library_name(text) and not path.exists():
         yield Candidate(body=body, name=text, spec=text)
-    elif any(sign in text for sign in "*?["):
-        yield from (_make_file_candidate(file, body) for file in sorted(folder.glob(text)) if file.is_file())
+    elif not os.path.exists(path) and any(sign in text for sign in "*?["):
+        yield from (_make_file_candidate(file, body) for file in _match_pattern(folder, text, body))
     elif path.is_dir():
         files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
         yield from (
@@ -107,6 +109,30 @@ def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]
         yield from _read_table_candidates(path, body)
     else:
         yield _make_file_candidate(path, body)
+
+
+def _match_pattern(folder: Path, pattern: str, body: Body) -> list[Path]:
+    """Files of a pattern in their order; the pattern is relative to a folder or absolute.
+
+    Hidden files are left out, as in a folder, unless the pattern asks for them.
+
+    Raises
+    ------
+    InputError
+        If two stars are only a part of a folder's name, which versions of Python read differently.
+    """
+    parts = Path(pattern).parts
+    if any("**" in part and part != "**" for part in parts):
+        raise InputError(
+            f"[{body}s]: {pattern} has ** next to other characters; allowed: ** alone between slashes; give for example"
+            " wheels/**/*.csv"
+        )
+    if parts[-1] == "**":
+        parts = (*parts, "*")
+    root, anchor = (folder, "") if not Path(pattern).anchor else (Path(pattern).anchor, Path(pattern).anchor)
+    files = Path(root).glob(str(Path(*parts).relative_to(anchor)))
+    is_hidden_wanted = parts[-1].startswith(".")
+    return sorted(file for file in files if file.is_file() and (is_hidden_wanted or not file.name.startswith(".")))
 
 
 def _make_file_candidate(path: Path, body: Body) -> Candidate:
@@ -150,8 +176,14 @@ def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidat
 def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
     """Candidate with the hash of its content, or with a problem.
 
-    The problem is a file that cannot be read, or the content of an earlier candidate.
+    The problem is a name that is not UTF-8, which no table can have, a file that cannot be read, or the content of an
+    earlier candidate.
     """
+    if (spec := escape_path(candidate.spec)) != candidate.spec:
+        remedy = "rename the file or its folder"
+        return replace(
+            candidate, name=escape_path(candidate.name), spec=spec, problem="its path is not UTF-8", remedy=remedy
+        )
     if is_library_name(candidate.spec):
         content = candidate.spec
     else:

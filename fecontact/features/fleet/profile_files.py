@@ -13,12 +13,16 @@ from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
+from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
 from fecontact.inputs.kinds import parse_truth_value
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import JobOutcome
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import radius_note, radius_of_file_mm
 from fecontact.runs.identity import digest_json
+
+READ, REFUSED, UNREAD = "read", "refused", "unread"
+"""Status of a file: read, refused for its content, or not read for a reason that is not in the file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,7 +36,7 @@ class ReadProfile:
     record
         Record of the reading.
     stored
-        The stored profile; None if the profile was refused.
+        The stored profile; None if the profile was refused or not read.
     radius_note
         Contradiction between the rolling radius and the header of the file; empty if there is none.
     """
@@ -117,8 +121,11 @@ def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
     Returns
     -------
     Candidate
-        The candidate with a radius in mm; the unchanged candidate for a rail or if there is no radius in the header.
+        The candidate with a radius in mm; the unchanged candidate for a rail, with a problem, or without a radius in
+        the header.
     """
+    if candidate.problem:
+        return candidate
     is_given = fleet.case.is_radius_given or candidate.known.get("rolling_radius_mm") is not None
     if candidate.body == "rail" or is_given:
         return candidate
@@ -196,7 +203,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
         job_ids.append("" if candidate.problem else digest_json(identity)[:20])
         if not candidate.problem:
             works[job_ids[-1]] = work
-    folder = out / "profiles"
+    folder = out / PROFILE_JOBS
     outcomes = run_fleet_jobs(
         works, {job_id: Path(work.spec).name for job_id, work in works.items()}, folder, read_record, open_run
     )
@@ -214,19 +221,22 @@ def _collect_profile(
 ) -> ReadProfile:
     """Result of a profile from the outcome of its job, or its refusal.
 
-    A profile without a job is refused with the problem of its candidate; a failed job is a refusal with the failure as
-    reason.
+    A profile without a job is refused with the problem of its candidate. A job that failed because of its content is a
+    refusal with the failure as reason; a lack of memory, a full disk or a lost process is not a property of the file.
     """
     if outcome is None or work is None:
         return ReadProfile(
-            candidate=candidate, record={"status": "refused", "reason": candidate.problem, "remedy": candidate.remedy}
+            candidate=candidate, record={"status": REFUSED, "reason": candidate.problem, "remedy": candidate.remedy}
         )
+    if outcome.failure is not None and outcome.is_system_failure:
+        remedy = "free memory or disk space, or use fewer --workers, and run the same command again"
+        return ReadProfile(candidate=candidate, record={"status": UNREAD, "reason": outcome.failure, "remedy": remedy})
     if outcome.failure is not None:
         return ReadProfile(
             candidate=candidate,
-            record={"status": "refused", "reason": outcome.failure, "remedy": "check it with `fecontact profiles`"},
+            record={"status": REFUSED, "reason": outcome.failure, "remedy": "check it with `fecontact profiles`"},
         )
-    if outcome.value["status"] == "refused":
+    if outcome.value["status"] == REFUSED:
         return ReadProfile(candidate=candidate, record=outcome.value)
     filters = work.filters_mm if outcome.value["measured"] else ()
     stored = StoredProfile(

@@ -5,6 +5,7 @@ The reason of a refused file is stored too.
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
@@ -14,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from fecontact import __version__
-from fecontact.errors import InputError
+from fecontact.errors import InputError, MemoryShortageError
 from fecontact.features.fleet.population import Body
 from fecontact.files import hash_file, read_json, write_json
 from fecontact.jobs.store import Origin
@@ -164,21 +165,30 @@ class ReadingProfile:
 
         Raises
         ------
-        InputError
+        OSError
             If the file changed while it was read.
+        MemoryShortageError
+            If the memory does not suffice.
         """
         try:
             variants = self._read_variants()
+        except MemoryShortageError:
+            raise
         except InputError as error:
+            self._refuse_changed_file()
             reason, _, remedy = str(error).partition("; ")
             write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
             return WorkResult()
-        if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
-            raise InputError(f"{self.spec} changed while it was read; run the same command again")
+        self._refuse_changed_file()
         write_json(folder / _RECORD_FILE, _make_record(variants))
         if variants[0].measured is not None:
             _store_variants(variants, folder / _VARIANTS_FILE)
         return WorkResult()
+
+    def _refuse_changed_file(self) -> None:
+        """Raise OSError if the file changed or can no longer be read: its reading is not a result of its content."""
+        if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
+            raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
 
     def _read_variants(self) -> list[Profile]:
         """Variants of the profile, in the order of the wave lengths.

@@ -16,6 +16,7 @@ from fecontact.errors import FecontactError
 from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
+from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse_links, write_answer_record
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_words import SHIFT_LABEL
@@ -99,7 +100,7 @@ def write_headline(answer: FleetAnswer) -> str:
         Shares at which Hertz holds, is unresolved or could not be solved, and the share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
-    refused_files = sum(row["files"] for row in answer.files if row["status"] == "refused")
+    refused_files = sum(row["files"] for row in answer.files if row["status"] != "read")
     files = (
         f"{format_percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
     )
@@ -165,14 +166,16 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     Path
         The page.
     """
-    report_folder = folder / "report"
+    refuse_links(folder)
+    report_folder = folder / REPORT_FOLDER
     report_folder.mkdir(exist_ok=True)
-    write_csv(make_answer_rows(answer), folder / "answer.csv")
+    files = [write_csv(make_answer_rows(answer), folder / ANSWER)]
     for name in ("cells", "causes", "theories", "worst", "strata", "files", "notes"):
-        write_csv(getattr(answer, name), report_folder / f"{name}.csv")
+        files.append(write_csv(getattr(answer, name), report_folder / f"{name}.csv"))
     pictures = {"map": draw_map(answer.cells), "groups": draw_groups(answer)}
     for name, figure in pictures.items():
-        save_figure(figure, report_folder / f"{name}.png")
+        picture = save_figure(figure, report_folder / f"{name}.png")
+        files += [picture, picture.with_suffix(".svg")]
     sections: list[Part] = list(_draw_worst_sections(answer.worst, case_of)) if case_of else []
     parts: list[Part] = [
         Heading(f"Fleet {folder.resolve().name}", 1),
@@ -180,7 +183,9 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
         *([Heading("Cross-sections of the worst pairs"), *sections] if sections else []),
         *closing_parts((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
     ]
-    return write_text(folder / REPORT_FILE, render_page(f"Where Hertz holds: fleet {folder.resolve().name}", parts))
+    page = write_text(folder / REPORT_FILE, render_page(f"Where Hertz holds: fleet {folder.resolve().name}", parts))
+    write_answer_record(folder, write_headline(answer), answer.about, [*files, page])
+    return page
 
 
 def make_answer_rows(answer: FleetAnswer) -> list[Record]:
@@ -360,7 +365,7 @@ _FILE_COLUMNS = [
     _make_percent_column("%", lambda row: row["share"]),
     text_column("reason", "reason", wraps=True),
     text_column("remedy", "remedy", wraps=True),
-    text_column("example", lambda row: row["example"] if row["status"] == "refused" else ""),
+    text_column("example", lambda row: "" if row["status"] == "read" else row["example"]),
 ]
 _NOTE_COLUMNS = [
     text_column("", "body"),

@@ -8,23 +8,41 @@ Equal inputs give equal tables, for any number of interruptions and on any machi
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
+from fecontact.features.fleet.packages import import_parquet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import BODIES, Pair, find_candidates
-from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, read_refusal_reason, with_radius
+from fecontact.features.fleet.profile_files import (
+    REFUSED,
+    UNREAD,
+    mark_unusable,
+    read_profiles,
+    read_refusal_reason,
+    with_radius,
+)
 from fecontact.features.fleet.reading import find_origin
-from fecontact.features.fleet.tables import PROFILES, import_arrow, write_table
-from fecontact.files import write_sealed, write_text
+from fecontact.features.fleet.sealed_folder import (
+    FLEET_FILE,
+    PAIR_JOBS,
+    PROFILE_JOBS,
+    PROFILES,
+    list_own_parts,
+    prepare_for_fleet,
+    remove_outdated_report,
+    write_record,
+)
+from fecontact.features.fleet.tables import write_table
+from fecontact.files import write_text
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
-from fecontact.runs.folder import prepare_folder
+from fecontact.jobs.store import remove_leftovers
 
-FLEET_RECORD, FLEET_FILE = "fleet.json", "fleet.toml"
 Progresses = Mapping[str, Progress]
 
 
@@ -48,6 +66,10 @@ class FleetScreening:
         Reasons why pairs have no rows, by the names of wheel and rail.
     notes
         Assumptions of readers, by body and name.
+    unread
+        Reasons why files were not read that may be good, such as a lack of memory, by body and name.
+    removed_report
+        Whether a report of earlier tables was removed.
     """
 
     out: Path
@@ -59,12 +81,15 @@ class FleetScreening:
     reused: int
     failed: Mapping[Pair, str] = field(default_factory=dict)
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    unread: Mapping[str, str] = field(default_factory=dict)
+    removed_report: bool = False
 
     @property
     def headline(self) -> str:
         """Answer of the screening in a sentence."""
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
-        refused_text = f"; {len(self.refused)} of {self.profiles} files could not be read" if self.refused else ""
+        missing = len(self.refused) + len(self.unread)
+        refused_text = f"; {missing} of {self.profiles} files could not be read" if missing else ""
         return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
 
 
@@ -131,7 +156,7 @@ def run_fleet(
     1
     """
     path, folder = Path(fleet), Path(out)
-    import_arrow("parquet")
+    import_parquet()
     definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     refuse_part(settings)
     candidate_list = [
@@ -139,14 +164,15 @@ def run_fleet(
         for body in BODIES
         for candidate in find_candidates(definition, body)
     ]
-    prepare_folder(folder, FLEET_RECORD, lambda stored: True, settings.force)
-    with open_run(folder, folder / "pairs", settings, progress.get("files")) as open_jobs:
+    prepare_for_fleet(path, folder, force=settings.force)
+    with open_run(folder, folder / PAIR_JOBS, settings, progress.get("files")) as open_jobs:
+        list_own_parts(folder)
+        remove_leftovers(folder / PROFILE_JOBS)
         profiles = read_profiles(definition, candidate_list, folder, open_jobs)
         write_table([profile.row for profile in profiles], folder / PROFILES)
         pairs = weigh_pairs(definition, profiles)
         pair_run, reused_files = replace(open_jobs, progress=progress.get("pairs")), len(open_jobs.reused)
         failed = screen_pairs(definition, profiles, pairs, folder, pair_run)
-        (folder / FLEET_FILE).unlink(missing_ok=True)
         verdict_weights = write_screen(definition, profiles, pairs, failed, folder)
         write_text(folder / FLEET_FILE, path.read_text("utf-8"))
         screened = FleetScreening(
@@ -158,7 +184,12 @@ def run_fleet(
             refused={
                 f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
                 for profile in profiles
-                if profile.stored is None
+                if profile.record["status"] == REFUSED
+            },
+            unread={
+                f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
+                for profile in profiles
+                if profile.record["status"] == UNREAD
             },
             reused=len(pair_run.reused) - reused_files,
             failed=failed,
@@ -168,17 +199,17 @@ def run_fleet(
                 if profile.notes
             },
         )
-        _write_record(definition, screened)
-    return screened
+        write_record(folder, _make_record(definition, path, screened), list_own_parts(folder))
+        return replace(screened, removed_report=remove_outdated_report(folder))
 
 
-def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
-    """Write `fleet.json` with a seal on `profiles.parquet`.
+def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str, object]:
+    """Content of `fleet.json`.
 
-    It has the headline, the population, the numbers of pairs and positions, the verdicts and the inputs. The seal shows
-    later whether the table was changed.
+    It has the headline, the population, the numbers of pairs and positions, the verdicts, the inputs, and the path of
+    the fleet's file relative to the folder.
     """
-    record = {
+    return {
         "kind": "fleet",
         "headline": screened.headline,
         "population": _describe_population(fleet, screened),
@@ -191,11 +222,20 @@ def _write_record(fleet: Fleet, screened: FleetScreening) -> None:
         "positions": screened.positions,
         "files": screened.profiles,
         "refused_files": dict(screened.refused),
+        "unread_files": dict(screened.unread),
         "verdicts": dict(screened.verdicts),
         "folder": str(fleet.folder),
+        "file": _find_relative_path(path, screened.out),
         "made_by": dict(find_origin().solved_by),
     }
-    write_sealed(screened.out / FLEET_RECORD, record, [screened.out / PROFILES])
+
+
+def _find_relative_path(path: Path, folder: Path) -> str:
+    """Path of a file relative to a folder; absolute if they are on different drives."""
+    try:
+        return Path(os.path.relpath(path.resolve(), folder.resolve())).as_posix()
+    except ValueError:
+        return path.resolve().as_posix()
 
 
 def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:

@@ -16,7 +16,18 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.errors import InputError, is_usable_status
 from fecontact.features.fleet.estimate import allocate_draws, find_draw_scale
-from fecontact.features.fleet.tables import POSITION_COLUMNS, SAMPLE, STRATA, open_tables, query_rows, write_table
+from fecontact.features.fleet.sealed_folder import (
+    FLEET_RECORD,
+    SAMPLE,
+    SAMPLE_FOLDER,
+    digest_screen,
+    lock_fleet,
+    refuse_damaged_fleet,
+    refuse_links,
+    write_sample_record,
+)
+from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, write_table
+from fecontact.files import read_json
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.cases import NO_VERDICT, verdict_of
@@ -51,12 +62,15 @@ class FleetSample:
         Number of positions without an earlier draw.
     dropped
         Number of positions of an earlier sample of a different population.
+    screen
+        Digest of the tables from which the positions were drawn.
     """
 
     rows: Sequence[Record]
     seed: int
     new: int
     dropped: int
+    screen: str
 
 
 def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSample:
@@ -79,13 +93,14 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
     Raises
     ------
     InputError
-        If `draws` is less than two, or earlier draws have a different seed.
+        If `draws` is less than two, earlier draws have a different seed, or a table of the fleet was changed.
     """
     if draws < 2:
         raise InputError(
             f"--finite-elements is {draws}; allowed: at least 2; 300 give an interval of about 2 percentage points"
         )
-    with open_tables(folder) as tables:
+    with refuse_damaged_fleet(folder), open_tables(folder) as tables:
+        screen = digest_screen(read_json(folder / FLEET_RECORD))
         seed = _find_seed(tables, seed)
         counts = _allocate_to_strata(tables, draws)
         tables.execute("CREATE TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
@@ -98,7 +113,9 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
     # verdicts of earlier draws stay; weights and strata are those of the current screening
     sample_rows = [{"draw": draw_number, "seed": seed} | earlier.get(_read_position_key(row), {}) | row for row in rows]
     reused = sum(_read_position_key(row) in earlier for row in rows)
-    return FleetSample(rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused)
+    return FleetSample(
+        rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused, screen=screen
+    )
 
 
 _SELECTED_POSITIONS = f"""
@@ -172,11 +189,16 @@ def solve_sample(
     StudyOutcome
         Rows of the solved positions.
     """
-    outcome = run_study(
-        Study(name="sample", cases=make_cases(sample, case_of)), folder / "sample", settings=settings, progress=progress
-    )
+    refuse_links(folder)
+    study = Study(name="sample", cases=make_cases(sample, case_of))
+    outcome = run_study(study, folder / SAMPLE_FOLDER, settings=settings, progress=progress)
     rows = [row | _make_sample_columns(solved_row) for row, solved_row in zip(sample.rows, outcome.rows, strict=True)]
-    write_table(rows, folder / SAMPLE)
+    with lock_fleet(folder):
+        # a command that ends between both files leaves the earlier sample with its checksum
+        write_table(
+            rows, folder / SAMPLE, lambda table: write_sample_record(folder, table, sample.screen, keep_earlier=True)
+        )
+        write_sample_record(folder, folder / SAMPLE, sample.screen, keep_earlier=False)
     return outcome
 
 

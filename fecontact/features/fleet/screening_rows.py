@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.criteria import Criteria
-from fecontact.features.fleet.tables import import_arrow
+from fecontact.features.fleet.packages import import_arrow, import_parquet
 
 ROWS_FILE = "part.parquet"
 MEASURE_COLUMNS: dict[str, str] = {
@@ -65,4 +65,5 @@ def write_rows(rows: Sequence[Mapping[str, Any]], path: Path) -> None:
         Path of the Parquet file.
     """
     table = import_arrow("lib").Table.from_pylist([dict(row) for row in rows], schema=make_schema())
-    import_arrow("parquet").write_table(table, path)
+    with path.open("wb") as file:
+        import_parquet().write_table(table, file)

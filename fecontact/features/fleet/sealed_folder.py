@@ -1,0 +1,513 @@
+"""Folder of a fleet: its files, their checksums, and the refusal of changed, foreign and linked files.
+
+`fleet.json` has the checksums of all tables of the screening, `sample.json` of the sample, and `answer.json` of the
+report. `fleet.json` is written last: a run that ends before leaves tables that `read_record` refuses until the same
+command ends.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from fecontact.errors import FecontactError, InputError
+from fecontact.features.fleet.packages import import_duckdb, import_parquet
+from fecontact.files import explain_broken_seal, hash_file, list_companions, read_json, write_sealed
+from fecontact.jobs.store import LOCK, find_damage, lock_folder
+from fecontact.outputs.study_report import REPORT_FILE
+from fecontact.runs.folder import prepare_folder
+from fecontact.runs.identity import digest_json
+
+FLEET_RECORD, FLEET_FILE = "fleet.json", "fleet.toml"
+PROFILES, SCREEN = "profiles.parquet", "screen"
+SAMPLE, SAMPLE_RECORD = "sample.parquet", "sample.json"
+ANSWER, ANSWER_RECORD = "answer.csv", "answer.json"
+REPORT_FOLDER, SAMPLE_FOLDER = "report", "sample"
+PROFILE_JOBS, PAIR_JOBS = "profiles", "pairs"
+"""Folders of the finished files and pairs."""
+_FOLDERS = (SCREEN, PROFILE_JOBS, PAIR_JOBS, REPORT_FOLDER, SAMPLE_FOLDER)
+_FILES = (
+    *(FLEET_RECORD, FLEET_FILE, PROFILES, SAMPLE, SAMPLE_RECORD, ANSWER, ANSWER_RECORD, REPORT_FILE, LOCK, "run.log"),
+    f"{SAMPLE_FOLDER}/run.log",
+)
+_PART_NAME = re.compile(r"part-\d{6}\.parquet")
+# Columns of every table that a screening wrote, also by earlier versions.
+_PART_COLUMNS = {"wheel", "rail", "weight", "shift_mm", "load_kN", "verdict"}
+# Characters of a pattern in the names that DuckDB reads.
+_PATTERN_SIGNS = re.compile(r"([*?\[])")
+
+
+def describe_rerun(folder: Path) -> str:
+    """Remedy for tables that cannot be used."""
+    return f"run the same command again: fecontact fleet run FLEET.toml --out {folder} (finished jobs are kept)"
+
+
+def describe_redraw(folder: Path, draws: int | None = None) -> str:
+    """Remedy for a sample that cannot be used; `draws` is its number of positions."""
+    count = "" if draws is None else f" --finite-elements {draws}"
+    return f"draw again: fecontact fleet sample {folder}{count} (solved positions are kept)"
+
+
+# --- Before anything is written.
+
+
+def prepare_for_fleet(file: Path, out: Path, *, force: bool = False) -> None:
+    """Create the folder of a fleet's results and check that it can be written.
+
+    Parameters
+    ----------
+    file
+        File of the fleet.
+    out
+        Folder of the results.
+    force
+        Whether results of a different fleet are replaced.
+
+    Raises
+    ------
+    InputError
+        If the folder has other results, is not readable as a folder of a fleet, or has links in place of its files.
+    OSError
+        If the folder cannot be written.
+    """
+    _refuse_name(file, "the path of the fleet")
+    _refuse_name(out, "--out")
+    refuse_links(out)
+    prepare_folder(out, FLEET_RECORD, lambda stored: _is_same_fleet(stored, file, out), force)
+
+
+def _refuse_name(path: Path, subject: str) -> None:
+    """Raise InputError for a path that the tables or DuckDB cannot have."""
+    text = path.absolute().as_posix()
+    try:
+        text.encode("utf-8")
+    except UnicodeEncodeError:
+        raise InputError(f"{subject} {escape_path(path)} is not UTF-8; rename the folder") from None
+    if "\\" in text and _PATTERN_SIGNS.search(text):
+        raise InputError(
+            rf"{subject} {path} has a backslash together with *, ? or [; allowed: one of the two; rename the folder"
+        )
+
+
+def escape_path(path: Path | str) -> str:
+    r"""Text of a path in which bytes that are not UTF-8 are escaped.
+
+    Parameters
+    ----------
+    path
+        Path or name of a file.
+
+    Returns
+    -------
+    str
+        Text that can be printed and stored.
+
+    Examples
+    --------
+    >>> import os
+    >>> from fecontact.features.fleet.sealed_folder import escape_path
+    >>> escape_path(os.fsdecode(b"rail\xff.csv"))
+    'rail\\xff.csv'
+    """
+    return str(path).encode("utf-8", "surrogateescape").decode("utf-8", "backslashreplace")
+
+
+def _is_same_fleet(stored: Mapping[str, Any], file: Path, out: Path) -> bool:
+    """Whether stored results are of a fleet file: the file has the same place, seen from the folder or from the root.
+
+    A renamed file with an unchanged text is the same fleet too.
+    """
+    present, stored_folder = file.resolve(), Path(stored["folder"])
+    places = {(out.resolve() / stored["file"]).resolve(), (stored_folder / Path(stored["file"]).name).resolve()}
+    if present in places:
+        return True
+    text_file = out / FLEET_FILE
+    return (
+        present.parent == stored_folder.resolve()
+        and text_file.is_file()
+        and text_file.read_bytes() == present.read_bytes()
+    )
+
+
+def refuse_links(out: Path) -> None:
+    """Refuse a folder with links, pipes or other objects in place of the files and folders of a fleet.
+
+    Parameters
+    ----------
+    out
+        Folder of the results.
+
+    Raises
+    ------
+    InputError
+        For the first of them: a link may lead out of the folder, and a pipe never ends.
+    """
+    for name in _FOLDERS:
+        path = out / name
+        if path.is_symlink() or (path.exists() and not path.is_dir()):
+            raise InputError(f"{path} is {_describe_kind(path)} instead of a folder; remove it, or give another folder")
+    for name in _FILES:
+        _refuse_special_file(out / name)
+
+
+def _refuse_special_file(path: Path) -> None:
+    if path.is_symlink() or (path.exists() and not path.is_file()):
+        raise InputError(f"{path} is {_describe_kind(path)} instead of a file; remove it, or give another folder")
+
+
+def _describe_kind(path: Path) -> str:
+    """Kind of an object in a folder, with its article."""
+    if path.is_symlink():
+        return "a link"
+    return "a folder" if path.is_dir() else "a file" if path.is_file() else "a pipe or a device"
+
+
+def list_own_parts(out: Path) -> set[str]:
+    """Names of the tables of positions that earlier runs wrote into a folder.
+
+    Parameters
+    ----------
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    set of str
+        Names in `screen/`.
+
+    Raises
+    ------
+    InputError
+        For a Parquet file that no screening wrote: it would be read together with the tables, or be overwritten.
+    """
+    sealed_names = _list_sealed_names(out / FLEET_RECORD)
+    own_parts = set()
+    for path in _list_parts(out):
+        _refuse_special_file(path)
+        if not (f"{SCREEN}/{path.name}" in sealed_names or _is_screen_table(path)):
+            raise InputError(f"{path} is not a table of this fleet; move it to a different folder")
+        own_parts.add(path.name)
+    return own_parts
+
+
+def _list_parts(out: Path) -> list[Path]:
+    """Parquet files in `screen/`, sorted; unfinished files have names with a dot at the start."""
+    folder = out / SCREEN
+    entries = folder.iterdir() if folder.is_dir() else ()
+    return sorted(path for path in entries if path.suffix == ".parquet" and not path.name.startswith("."))
+
+
+def _list_sealed_names(record: Path) -> set[str]:
+    """Names of the files with checksums in a record; empty if the record is missing or damaged."""
+    try:
+        document = read_json(record)
+        return set() if explain_broken_seal(record, document) else set(list_companions(document))
+    except (InputError, AttributeError):
+        return set()
+
+
+def _is_screen_table(path: Path) -> bool:
+    """Whether a file has the name and the columns of a table of positions."""
+    if not _PART_NAME.fullmatch(path.name):
+        return False
+    try:
+        with path.open("rb") as file:
+            return set(import_parquet().read_schema(file).names) >= _PART_COLUMNS
+    except (OSError, ValueError):
+        return False
+
+
+# --- Records with checksums.
+
+
+def write_record(out: Path, record: Mapping[str, object], parts: Iterable[str]) -> Path:
+    """Write `fleet.json` with the checksums of all tables.
+
+    Parameters
+    ----------
+    out
+        Folder of the results.
+    record
+        Content.
+    parts
+        Names of the tables in `screen/`.
+
+    Returns
+    -------
+    Path
+        The file.
+    """
+    tables = [out / PROFILES, out / FLEET_FILE, *(out / SCREEN / name for name in sorted(parts))]
+    return write_sealed(out / FLEET_RECORD, record, tables)
+
+
+def read_record(folder: Path) -> dict[str, Any]:
+    """Read `fleet.json`, and check that all tables of the screening are unchanged.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    dict
+        Content of `fleet.json`.
+
+    Raises
+    ------
+    InputError
+        If the folder has no screened fleet, or a table was changed, removed or added.
+    """
+    path = folder / FLEET_RECORD
+    if not path.exists():
+        raise InputError(
+            f"{folder} has no screened fleet ({FLEET_RECORD} is missing); screen it: fecontact fleet run FLEET.toml"
+            f" --out {folder}"
+        )
+    document = _read_sealed(path, describe_rerun(folder))
+    sealed_parts = _select_parts(document)
+    checksums = list_companions(document)
+    if not sealed_parts or not {PROFILES, FLEET_FILE} <= checksums.keys():
+        raise InputError(
+            f"{path} has no checksums of the tables (an earlier version wrote it); {describe_rerun(folder)}"
+        )
+    if problem := find_damage(folder, checksums):
+        raise InputError(f"{folder}: {problem}; {describe_rerun(folder)}")
+    if added := {f"{SCREEN}/{part.name}" for part in _list_parts(folder)} - sealed_parts.keys():
+        raise InputError(f"{folder}: {min(added)} was added after the screening; {describe_rerun(folder)}")
+    return document
+
+
+def _read_sealed(path: Path, remedy: str) -> dict[str, Any]:
+    """Content of a record, which `write_sealed` wrote; raises InputError if it was changed."""
+    try:
+        document = read_json(path)
+    except InputError as error:
+        raise InputError(f"{str(error).partition('; ')[0]}; {remedy}") from None
+    problem = explain_broken_seal(path, document) if isinstance(document, dict) else f"{path} has a different layout"
+    if problem:
+        raise InputError(f"{problem}; {remedy}")
+    content: dict[str, Any] = document
+    return content
+
+
+def _select_parts(record: Mapping[str, Any]) -> dict[str, str]:
+    """Checksums of the tables of positions, by their names in the folder."""
+    return {name: digest for name, digest in list_companions(record).items() if name.startswith(f"{SCREEN}/")}
+
+
+def list_parts(folder: Path, record: Mapping[str, Any]) -> list[str]:
+    """Names for DuckDB of the tables of positions: their absolute paths, which are not patterns.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+    record
+        Content of `fleet.json`.
+
+    Returns
+    -------
+    list of str
+        Names in the order of the tables.
+    """
+    return [name_for_duckdb(folder / name) for name in sorted(_select_parts(record))]
+
+
+def name_for_duckdb(path: Path) -> str:
+    """Absolute path in which the signs of a pattern are escaped.
+
+    Parameters
+    ----------
+    path
+        File.
+
+    Returns
+    -------
+    str
+        Name that stands for this file only.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from fecontact.features.fleet.sealed_folder import name_for_duckdb
+    >>> name_for_duckdb(Path("/data/run [1]/a.parquet"))
+    '/data/run [[]1]/a.parquet'
+    """
+    return _PATTERN_SIGNS.sub(r"[\1]", path.absolute().as_posix())
+
+
+def digest_screen(record: Mapping[str, Any]) -> str:
+    """Digest of all tables of positions, which a sample belongs to."""
+    return digest_json(sorted(_select_parts(record).items()))
+
+
+def write_sample_record(folder: Path, table: Path, screen: str, *, keep_earlier: bool) -> None:
+    """Write `sample.json` with the checksum of a sample.
+
+    Parameters
+    ----------
+    folder
+        Folder of the fleet.
+    table
+        Table of the sample, before or after it has its final name.
+    screen
+        Digest of the tables from which the sample was drawn.
+    keep_earlier
+        Whether the checksum of the earlier sample stays valid, until the table has its final name.
+    """
+    entries = [{"checksum": hash_file(table), "screen": screen}]
+    if keep_earlier and (folder / SAMPLE_RECORD).exists():
+        entries += _read_sealed(folder / SAMPLE_RECORD, describe_redraw(folder))["samples"]
+    write_sealed(folder / SAMPLE_RECORD, {"kind": "fleet sample", "samples": entries})
+
+
+def check_sample(folder: Path) -> str | None:
+    """Check that the sample of a fleet is unchanged.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    str or None
+        Digest of the tables from which the sample was drawn; None without a sample.
+
+    Raises
+    ------
+    InputError
+        If `sample.parquet` or `sample.json` was changed or removed.
+    """
+    table, record = folder / SAMPLE, folder / SAMPLE_RECORD
+    if not any(path.is_symlink() or path.exists() for path in (table, record)):
+        return None
+    remedy = f"remove {SAMPLE} and {SAMPLE_RECORD}, and {describe_redraw(folder)}"
+    for path in (table, record):
+        if not path.is_symlink() and not path.exists():
+            raise InputError(f"{path} is missing; {remedy}")
+    for entry in _read_sealed(record, remedy)["samples"]:
+        problem = find_damage(folder, {SAMPLE: entry["checksum"]})
+        if problem is None:
+            return str(entry["screen"])
+    raise InputError(f"{folder}: {problem}; {remedy}")
+
+
+def write_answer_record(folder: Path, headline: str, record: Mapping[str, Any], files: Sequence[Path]) -> None:
+    """Write `answer.json` with the checksums of the files of a report.
+
+    Parameters
+    ----------
+    folder
+        Folder of the fleet.
+    headline
+        Answer in a sentence.
+    record
+        Content of `fleet.json`, to whose tables the report belongs.
+    files
+        Files of the report.
+    """
+    content = {"kind": "fleet report", "headline": headline, "tables": _digest_tables(record)}
+    write_sealed(folder / ANSWER_RECORD, content, files)
+
+
+def _digest_tables(record: Mapping[str, Any]) -> str:
+    """Digest of all tables of a screening."""
+    return digest_json(sorted(list_companions(record).items()))
+
+
+def remove_outdated_report(folder: Path) -> bool:
+    """Remove the report of earlier tables; only files that are unchanged since the report are removed.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    bool
+        Whether there was a report of different tables.
+    """
+    path = folder / ANSWER_RECORD
+    try:
+        report, record = _read_sealed(path, ""), _read_sealed(folder / FLEET_RECORD, "")
+        if report.get("tables") == _digest_tables(record):
+            return False
+    except InputError:
+        # no report, or a changed one
+        return False
+    for name, checksum in list_companions(report).items():
+        if not (folder / name).is_symlink() and find_damage(folder, {name: checksum}) is None:
+            (folder / name).unlink()
+    path.unlink()
+    return True
+
+
+# --- Use of a screened fleet.
+
+
+@contextmanager
+def lock_fleet(folder: Path) -> Iterator[None]:
+    """Lock the folder of a screened fleet against runs, while tables are read or written.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Yields
+    ------
+    None
+        Control to the enclosed code.
+
+    Raises
+    ------
+    InputError
+        If the folder has no fleet, has links in place of its files, or is used by another process.
+    """
+    if not (folder / FLEET_RECORD).exists():
+        read_record(folder)
+    refuse_links(folder)
+    with lock_folder(folder):
+        yield
+
+
+@contextmanager
+def refuse_damaged_fleet(folder: Path) -> Iterator[None]:
+    """Turn every exception that changed tables cause into an `InputError`.
+
+    Checksums show accidental changes before. This is for tables that were replaced together with their checksums.
+
+    Parameters
+    ----------
+    folder
+        Folder of a fleet.
+
+    Yields
+    ------
+    None
+        Control to the enclosed code.
+
+    Raises
+    ------
+    InputError
+        In place of exceptions that are neither from fecontact nor from the system.
+    """
+    try:
+        yield
+    except (FecontactError, MemoryError):
+        raise
+    except Exception as error:
+        if isinstance(error, import_duckdb().OutOfMemoryException):
+            raise MemoryError from error
+        # errors of the system have a number; those of the readers of Parquet files have none
+        if isinstance(error, OSError) and error.errno:
+            raise
+        reason = " ".join(f"{type(error).__name__}: {error}".split())
+        raise InputError(f"{folder} cannot be read ({reason:.200}); {describe_rerun(folder)}") from error

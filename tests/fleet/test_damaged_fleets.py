@@ -1,0 +1,379 @@
+"""Folders of fleets that were changed, linked, or have results of a different fleet."""
+
+import json
+import os
+import random
+import shutil
+from pathlib import Path
+
+import pyarrow.parquet
+import pytest
+from inline import inline_crew, stand_ins
+from made_fleet import Made, made_fleet, seal, write
+
+import fecontact
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.checking import open_fleet
+from fecontact.features.fleet.report import make_answer_rows, write_report
+from fecontact.features.fleet.sampling import draw_sample
+from fecontact.files import SEAL_KEY, read_json, write_sealed
+from fecontact.jobs.engine import RunSettings
+
+FLEET = """
+[wheels]
+files = {wheels}
+[rails]
+files = ["60E1", "54E1"]
+[shifts_mm]
+values = [0, 3]
+[loads_kN]
+values = [60, 100]
+"""
+COMMAND = "fecontact fleet run FLEET.toml"
+
+
+def fleet_file(path: Path, wheels: str = '["S1002"]') -> Path:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(FLEET.format(wheels=wheels), "utf-8")
+    return path
+
+
+def run(path: Path, out: Path, **settings):
+    with stand_ins(inline_crew(), None, ""):
+        return fecontact.run_fleet(path, out, settings=RunSettings(**settings))
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    """Folder with the screened fleet `out`, its file `fleet.toml`, and a different screened fleet `other`."""
+    folder = tmp_path_factory.mktemp("finished")
+    run(fleet_file(folder / "fleet.toml"), folder / "out")
+    run(fleet_file(folder / "other.toml", '["EN13715_1in40", "S1002"]'), folder / "other")
+    return folder
+
+
+@pytest.fixture
+def copied(finished, tmp_path) -> Path:
+    """A copy of the finished fleets."""
+    return Path(shutil.copytree(finished, tmp_path / "fleets"))
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    """Content of all files of a folder but the log and the lock."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.suffix not in (".log", ".lock")
+    }
+
+
+def answer_of(folder: Path) -> str:
+    """Everything that the readers of a fleet say."""
+    answer, opened = evaluate_fleet(folder), open_fleet(folder)
+    tables = (answer.cells, answer.causes, answer.theories, answer.worst, answer.strata, answer.files, answer.notes)
+    return json.dumps([make_answer_rows(answer), tables, opened.record["headline"], repr(opened.fleet)])
+
+
+# --- Damage.
+
+
+def sampled_copy(finished: Path, sampled, tmp_path: Path) -> tuple[Path, Path]:
+    """A screened fleet with the sample of a made fleet, and a second one to take files from."""
+    fleets = [made_fleet(tmp_path / name, wheels=2, rails=3, seed=seed) for name, seed in (("out", 1), ("other", 2))]
+    for fleet in fleets:
+        shutil.copyfile(finished / "fleet.toml", fleet.folder / "fleet.toml")
+        about = {"theory": "strip", "headline": fleet.folder.name, "folder": str(finished), "file": "../fleet.toml"}
+        seal(fleet.folder, {"population": "2 wheels on 3 rails", **about})
+        sampled(fleet, 12)
+    return fleets[0].folder, fleets[1].folder
+
+
+KINDS = ("cut", "changed", "emptied", "exchanged", "removed", "linked", "pipe", "folder", "longer", "renamed")
+
+
+def damage(path: Path, kind: str, other: Path, drawn: random.Random) -> None:
+    """Damage a file of a fleet in a way of `KINDS`; `other` is the file of a different fleet."""
+    content = path.read_bytes()
+    path.unlink()
+    at = drawn.randrange(len(content))
+    if kind == "cut":
+        path.write_bytes(content[:at])
+    elif kind == "changed":
+        path.write_bytes(content[:at] + bytes([content[at] ^ (1 << drawn.randrange(8))]) + content[at + 1 :])
+    elif kind == "emptied":
+        path.write_bytes(b"")
+    elif kind == "exchanged":
+        path.write_bytes(other.read_bytes())
+    elif kind == "linked":
+        path.symlink_to(other)
+    elif kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "folder":
+        path.mkdir()
+    elif kind == "longer":
+        path.write_bytes(content + b"\n")
+    elif kind == "renamed":
+        path.with_name(f"part-{drawn.randrange(100, 999):06d}{path.suffix}").write_bytes(content)
+
+
+def test_a_damaged_fleet_is_refused_or_says_the_same(finished, sampled, tmp_path):
+    """160 changes of the tables and records of a fleet with a sample: a message in one line, or the same answer."""
+    out, other = sampled_copy(finished, sampled, tmp_path)
+    names = ["profiles.parquet", "fleet.json", "fleet.toml", "sample.parquet", "sample.json"]
+    names += [f"screen/part-{number}.parquet" for number in range(3)]
+    whole, drawn = answer_of(out), random.Random(1)
+    messages: list[str] = []
+    for number in range(160):
+        name, kind = names[number % len(names)], KINDS[number // len(names) % len(KINDS)]
+        damaged = tmp_path / "damaged"
+        shutil.copytree(out, damaged)
+        damage(damaged / name, kind, other / name, drawn)
+        try:
+            assert answer_of(damaged) == whole, (name, kind)
+        except InputError as error:
+            messages.append(str(error))
+            # neither are positions drawn from damaged tables
+            if "sample" not in name:
+                with pytest.raises(InputError):
+                    draw_sample(damaged, 12)
+        shutil.rmtree(damaged)
+    # a line more at the end of a record, or a bit of a space, may say the same
+    assert len(messages) > 145
+    for message in messages:
+        assert "\n" not in message
+        assert COMMAND in message or "fecontact fleet sample" in message, message
+
+
+@pytest.mark.parametrize("name", ["part-000001.parquet", "part-000777.parquet", "mine.parquet"])
+def test_an_added_table_is_refused(copied, name):
+    shutil.copyfile(copied / "other/screen/part-000001.parquet", copied / "out/screen" / name)
+    with pytest.raises(InputError, match=f"screen/{name} was added after the screening; run the same command again"):
+        evaluate_fleet(copied / "out")
+
+
+def test_a_removed_sample_is_not_an_answer_without_sample(fleet, sampled):
+    sampled(fleet, 60)
+    (fleet.folder / "sample.parquet").unlink()
+    with pytest.raises(InputError, match=r"sample.parquet is missing; remove sample.parquet and sample.json"):
+        evaluate_fleet(fleet.folder)
+    (fleet.folder / "sample.json").unlink()
+    assert evaluate_fleet(fleet.folder).whole.drawn == 0
+
+
+def test_a_killed_sample_leaves_the_earlier_sample(fleet, sampled, monkeypatch):
+    """The checksums of both samples are valid while the new sample takes the place of the earlier sample."""
+    sampled(fleet, 60)
+    before = (fleet.folder / "sample.parquet").read_bytes()
+    replace = Path.replace
+
+    def killed(self: Path, target: Path) -> Path:
+        if Path(target).name == "sample.parquet":
+            raise KeyboardInterrupt
+        return replace(self, target)
+
+    monkeypatch.setattr(Path, "replace", killed)
+    with pytest.raises(KeyboardInterrupt):
+        sampled(fleet, 90)
+    monkeypatch.undo()
+    assert (fleet.folder / "sample.parquet").read_bytes() == before
+    assert evaluate_fleet(fleet.folder).whole.drawn == 60
+
+
+def test_a_sample_of_tables_that_were_screened_again_is_refused(fleet, sampled):
+    """New numbers with equal strata and weights: the drawn positions look the same."""
+    sampled(fleet, 60)
+    path = fleet.folder / "screen/part-0.parquet"
+    rows = pyarrow.parquet.read_table(path).to_pylist()
+    write(path, [row | {"p_max_percent": 1.0 + row["p_max_percent"]} for row in rows])
+    seal(fleet.folder)
+    with pytest.raises(InputError, match=r"screened again .* fecontact fleet sample .* --finite-elements 60"):
+        evaluate_fleet(fleet.folder)
+
+
+def test_a_folder_without_checksums_of_its_tables_is_refused_and_goes_on(copied):
+    out = copied / "out"
+    record = {key: value for key, value in read_json(out / "fleet.json").items() if key not in (SEAL_KEY, "file")}
+    write_sealed(out / "fleet.json", record, [out / "profiles.parquet"])
+    with pytest.raises(InputError, match=r"no checksums of the tables .* run the same command again"):
+        evaluate_fleet(out)
+    again = run(copied / "fleet.toml", out)
+    assert again.reused == again.pairs == 2
+    assert evaluate_fleet(out).whole.positions == 8
+
+
+def test_a_damaged_screening_goes_on(copied):
+    run(copied / "fleet.toml", copied / "out")
+    before = files_of(copied / "out")
+    for number, name in enumerate(("screen/part-000000.parquet", "profiles.parquet", "fleet.json")):
+        (copied / "out" / name).write_bytes(b"nothing" * number)
+        assert run(copied / "fleet.toml", copied / "out").reused == 2
+        assert files_of(copied / "out") == before
+
+
+def test_tables_that_were_replaced_with_their_checksums_end_in_one_line(fleet, capsys):
+    """A verdict as a number, and a theory that does not exist."""
+    write(fleet.folder / "screen/part-0.parquet", [{"wheel": "w0", "verdict": 7, "weight": "much", "margin": None}])
+    seal(fleet.folder)
+    assert call(["fleet", "report", str(fleet.folder)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("error: ")
+    assert said.count("\n") == 1
+    assert COMMAND in said
+
+
+def test_a_changed_profile_is_not_drawn_as_the_screened_one(copied, tmp_path):
+    rail = tmp_path / "rail.csv"
+    rail.write_text("y,z\n" + "".join(f"{y},{-(y**2) / 600.0}\n" for y in range(-30, 31)), "utf-8")
+    path = fleet_file(tmp_path / "fleet.toml")
+    path.write_text(path.read_text("utf-8").replace('["60E1", "54E1"]', '"rail.csv"'), "utf-8")
+    run(path, tmp_path / "out")
+    opened = open_fleet(tmp_path / "out")
+    assert opened.case("S1002", "rail", 0.0, 60.0).rail == str(rail)
+    rail.write_text(rail.read_text("utf-8").replace("-10,", "-10.5,"), "utf-8")
+    with pytest.raises(InputError, match=r"rail.csv was changed after it was screened; run the same command again"):
+        open_fleet(tmp_path / "out").case("S1002", "rail", 0.0, 60.0)
+
+
+# --- Files of others.
+
+
+def test_files_that_the_program_did_not_write_stay(copied):
+    """Notes in every folder stay; a table of an earlier wheel goes."""
+    out = copied / "other"
+    notes = [out / folder / name for folder in ("screen", "profiles", "pairs") for name in ("notes.txt", ".notes")]
+    for path in notes:
+        path.write_text("keep", "utf-8")
+    (out / "pairs/.more").mkdir()
+    (out / "pairs" / ".abc.0123456789ab").mkdir()
+    fleet_file(copied / "other.toml", '["S1002"]')
+    run(copied / "other.toml", out)
+    assert {path.name for path in (out / "screen").iterdir()} == {"part-000000.parquet", "notes.txt", ".notes"}
+    assert all(path.read_text("utf-8") == "keep" for path in notes)
+    assert (out / "pairs/.more").is_dir()
+    assert not (out / "pairs" / ".abc.0123456789ab").exists()
+
+
+def test_a_table_that_no_screening_wrote_is_neither_replaced_nor_removed(tmp_path):
+    mine = tmp_path / "out/screen/part-000000.parquet"
+    write(mine, [{"a": 1}])
+    content = mine.read_bytes()
+    with pytest.raises(InputError, match=r"part-000000.parquet is not a table of this fleet; move it"):
+        run(fleet_file(tmp_path / "fleet.toml"), tmp_path / "out")
+    assert mine.read_bytes() == content
+
+
+@pytest.mark.parametrize("name", ["screen", "profiles", "pairs", "report", "sample"])
+def test_nothing_is_written_through_a_linked_folder(copied, tmp_path, name, capsys):
+    victim, out = tmp_path / "victim", copied / "out"
+    shutil.rmtree(out / name, ignore_errors=True)
+    victim.mkdir()
+    (victim / "part-000007.parquet").write_text("keep", "utf-8")
+    (victim / "notes.txt").write_text("keep", "utf-8")
+    (out / name).symlink_to(victim)
+    before, victims_before = files_of(out), files_of(victim)
+    for command in (
+        ["run", str(copied / "fleet.toml"), "--out", str(out)],
+        ["report", str(out)],
+        ["sample", str(out), "--finite-elements", "2"],
+    ):
+        assert call(["fleet", *command]) == 2
+        assert f"{out / name} is a link instead of a folder; remove it" in capsys.readouterr().err
+    assert files_of(victim) == victims_before
+    assert files_of(out) == before
+    assert not (out / "run.log").exists()
+
+
+@pytest.mark.parametrize("name", ["profiles.parquet", "fleet.json", "answer.csv", "report.html", "run.lock"])
+@pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
+def test_nothing_is_written_in_place_of_a_link_a_pipe_or_a_folder(copied, tmp_path, name, kind, capsys):
+    path, victim = copied / "out" / name, tmp_path / "victim.txt"
+    victim.write_text("keep", "utf-8")
+    path.unlink(missing_ok=True)
+    {"link": lambda: path.symlink_to(victim), "pipe": lambda: os.mkfifo(path), "folder": path.mkdir}[kind]()
+    for command in (["run", str(copied / "fleet.toml"), "--out", str(path.parent)], ["report", str(path.parent)]):
+        assert call(["fleet", *command]) == 2
+        assert f"{path} is a {kind}" in capsys.readouterr().err
+    assert victim.read_text("utf-8") == "keep"
+
+
+# --- Results of a different fleet.
+
+
+def test_a_folder_of_another_fleet_is_taken_by_force_alone(copied, capsys):
+    out = copied / "out"
+    write_report(evaluate_fleet(out), out)
+    before = files_of(out)
+    for path in (copied / "other.toml", fleet_file(copied / "elsewhere/fleet.toml")):
+        with pytest.raises(InputError, match=r"out has a different fleet \(fleet.json\), which would be overwritten"):
+            run(path, out)
+        assert call(["fleet", "run", str(path), "--out", str(out)]) == 2
+        assert "--force" in capsys.readouterr().err
+    assert files_of(out) == before
+    # the report of the earlier fleet does not stay beside the tables of the new fleet
+    mine = out / "report/mine.txt"
+    mine.write_text("keep", "utf-8")
+    screening = run(copied / "other.toml", out, force=True)
+    assert screening.removed_report
+    assert [path.name for path in (out / "report").iterdir()] == ["mine.txt"]
+    assert not any((out / name).exists() for name in ("report.html", "answer.csv", "answer.json"))
+    assert evaluate_fleet(out).whole.positions == 16
+
+
+def test_a_fleet_goes_on_where_it_was_moved_renamed_or_changed(copied, tmp_path):
+    out = copied / "out"
+    assert run(copied / "fleet.toml", out).reused == 2
+    assert run((copied / "fleet.toml").rename(copied / "renamed.toml"), out).reused == 2
+    assert run(copied / "renamed.toml", out.rename(tmp_path / "moved")).reused == 2
+    grown = run(fleet_file(copied / "renamed.toml", '["S1002", "EN13715_1in40"]'), tmp_path / "moved")
+    assert (grown.reused, grown.pairs) == (2, 4)
+
+
+def test_other_commands_do_not_write_into_the_folder_of_a_fleet(copied, capsys):
+    study = copied / "study.toml"
+    study.write_text("[[case]]\nload_kN = 60\n", "utf-8")
+    assert call(["run", str(study), "--out", str(copied / "out")]) == 2
+    assert "has a fleet (fleet.json), which would be overwritten" in capsys.readouterr().err
+    assert call(["run", str(copied / "out"), "--out", str(copied / "new")]) == 2
+    assert "this folder has the results of a fleet" in capsys.readouterr().err
+
+
+# --- Names that look like patterns.
+
+
+def test_the_name_of_a_folder_is_not_a_pattern(copied, tmp_path):
+    """`a*b` and `aXb` are different folders, and so are `fr[1]` and `fr1`."""
+    expected = [evaluate_fleet(copied / name).whole.positions for name in ("out", "other")]
+    assert expected == [8, 16]
+    for names in (("a*b", "aXb"), ("fr[1]", "fr1"), ("q?", "qx"), ("{a,b}", "a"), ("**", "x"), ("n'\"\n", "ü")):
+        for name, source in zip(names, ("out", "other"), strict=True):
+            shutil.copytree(copied / source, tmp_path / "names" / name)
+        assert [evaluate_fleet(tmp_path / "names" / name).whole.positions for name in names] == expected
+        shutil.rmtree(tmp_path / "names")
+    with pytest.raises(InputError, match="backslash together with"):
+        run(copied / "fleet.toml", tmp_path / "a\\b*")
+
+
+# --- Reports.
+
+
+def test_reports_of_a_fleet_have_equal_bytes(tmp_path):
+    """40 tables, so that sums on several threads are in several orders."""
+    fleet: Made = made_fleet(tmp_path / "fleet", wheels=40, rails=12, parts=40)
+    reports = []
+    for _ in range(3):
+        write_report(evaluate_fleet(fleet.folder), fleet.folder)
+        reports.append(files_of(fleet.folder))
+    assert reports[0] == reports[1] == reports[2]
+
+
+def test_a_position_of_a_pair_is_the_first_of_equal_margins(tmp_path):
+    fleet = made_fleet(tmp_path / "fleet", wheels=2, rails=2, parts=1)
+    path = fleet.folder / "screen/part-0.parquet"
+    rows = [row | {"margin": -3.0, "verdict": "FAILS"} for row in pyarrow.parquet.read_table(path).to_pylist()]
+    for order in (1, -1):
+        write(path, rows[::order])
+        seal(fleet.folder)
+        worst = evaluate_fleet(fleet.folder).worst
+        assert [(row["shift_mm"], row["load_kN"]) for row in worst] == [(-6.0, 40.0)] * 4
