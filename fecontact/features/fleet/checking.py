@@ -11,10 +11,17 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
-from fecontact.features.fleet.population import BODIES, Candidate, find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.population import (
+    BODIES,
+    Candidate,
+    describe_tables,
+    list_candidates,
+    weigh_candidate_pairs,
+)
 from fecontact.features.fleet.profile_files import select_reading
 from fecontact.features.fleet.running import FLEET_FILE, FLEET_RECORD
 from fecontact.features.fleet.screening_rows import Row
+from fecontact.features.fleet.table_columns import RADIUS_COLUMN, select_reading_values
 from fecontact.features.fleet.tables import PROFILES, import_arrow
 from fecontact.files import read_json
 from fecontact.profiles.resolve import select_used_options
@@ -37,6 +44,8 @@ class FleetCost:
         CPU time of the screening.
     memory_MB
         Memory of a worker.
+    tables
+        Sentence on the columns of each table: inputs, metadata, and names that may be a mistake.
     """
 
     wheels: int
@@ -45,6 +54,7 @@ class FleetCost:
     positions: int
     cpu_seconds: float
     memory_MB: float
+    tables: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -85,25 +95,24 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     (2, 3, 6)
     """
     definition = read_fleet(Path(fleet))
-    candidates_by_body = {
-        body: [candidate for candidate in find_candidates(definition, body) if not candidate.problem] for body in BODIES
-    }
-    weights = {
-        body: {candidate.name: candidate.weight for candidate in body_candidates}
-        for body, body_candidates in candidates_by_body.items()
-    }
-    known_names = {f"{body} {name}" for body, names in weights.items() for name in names}
+    candidates = list_candidates(definition)
+    weights: dict[str, dict[str, float]] = {body: {} for body in BODIES}
+    for candidate in candidates:
+        if not candidate.problem:
+            weights[candidate.body][candidate.name] = candidate.weight
+    known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
     pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
     positions, variants = len(definition.positions), len(definition.filters_mm)
     pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
-    files = sum(map(len, candidates_by_body.values()))
+    files = sum(map(len, weights.values()))
     return FleetCost(
-        wheels=len(candidates_by_body["wheel"]),
-        rails=len(candidates_by_body["rail"]),
+        wheels=len(weights["wheel"]),
+        rails=len(weights["rail"]),
         pairs=pairs,
         positions=pairs * positions,
         cpu_seconds=files * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
+        tables=tuple(describe_tables(definition)),
     )
 
 
@@ -149,15 +158,14 @@ class ScreenedFleet:
         profile_inputs: dict[str, Any] = {}
         for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
             row = self._rows[body, profile_name]
-            table_values = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
+            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=select_reading_values(row))
             profile_inputs |= {
                 body: row["file"],
                 f"{body}_file": select_used_options(candidate.spec, select_reading(self.fleet, candidate)),
             }
-        radius = self._rows["wheel", wheel].get("rolling_radius_mm")
+        radius = self._rows["wheel", wheel].get(RADIUS_COLUMN)
         if radius is not None and math.isfinite(radius):
-            profile_inputs["rolling_radius_mm"] = float(radius)
+            profile_inputs[RADIUS_COLUMN] = float(radius)
         return replace(self.fleet.case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
-from fecontact.features.fleet.population import BODIES, Pair, find_candidates
+from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import mark_unusable, read_profiles, read_refusal_reason, with_radius
 from fecontact.features.fleet.reading import find_origin
 from fecontact.features.fleet.tables import PROFILES, import_arrow, write_table
@@ -135,9 +135,7 @@ def run_fleet(
     definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     refuse_part(settings)
     candidate_list = [
-        mark_unusable(definition, with_radius(definition, candidate))
-        for body in BODIES
-        for candidate in find_candidates(definition, body)
+        mark_unusable(definition, with_radius(definition, candidate)) for candidate in list_candidates(definition)
     ]
     prepare_folder(folder, FLEET_RECORD, lambda stored: True, settings.force)
     with open_run(folder, folder / "pairs", settings, progress.get("files")) as open_jobs:
