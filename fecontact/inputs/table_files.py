@@ -103,16 +103,16 @@ def decode_text(content: bytes, subject: str) -> str:
     InputError
         For a different encoding, with the line and the first byte that is not allowed.
     """
-    encoding = "utf-16" if content.startswith(_UTF_16_MARKS) else "utf-8-sig"
+    is_utf_16 = content.startswith(_UTF_16_MARKS)
     try:
-        text = content.decode(encoding)
+        # without a mark, UTF-16 has NUL bytes, which are looked for before other bytes
+        text = content.decode("utf-16" if is_utf_16 else "utf-8-sig" if b"\0" not in content else "latin-1")
     except UnicodeDecodeError as error:
-        # the positions of the error may not count the byte order mark
         line = content[: error.start].count(b"\n") + 1
         raise InputError(
             f"{subject}: line {line} has the byte 0x{error.object[error.start]:02X}, which is not"
-            f" {'UTF-16' if encoding == 'utf-16' else 'UTF-8'}; perhaps it is Latin-1 or Windows-1252; {_SAVE_AS}, or"
-            " convert it: iconv -f WINDOWS-1252 -t UTF-8"
+            f" {'UTF-16' if is_utf_16 else 'UTF-8'}; perhaps it is Latin-1 or Windows-1252; {_SAVE_AS}, or convert it:"
+            " iconv -f WINDOWS-1252 -t UTF-8"
         ) from None
     if "\0" in text:
         line = text[: text.index("\0")].count("\n") + 1

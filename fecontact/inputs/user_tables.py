@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -75,8 +75,8 @@ class TableLayout:
             reduced = reduce_name(name)
             without_unit = {reduced.removesuffix(unit) for unit in _UNITS} & {*spellings}
             matches = [*without_unit, *get_close_matches(reduced, spellings, n=1, cutoff=_SIMILARITY)]
-            if remark := self.remarks.get(name):
-                phrases.append(f"{name!r} is not used: {remark}")
+            if column := _find_spelling(name, self.remarks):
+                phrases.append(f"{name!r} is not used: {self.remarks[column]}")
             elif matches:
                 phrases.append(f"{name!r} is not the input {spellings[matches[0]]}")
         return phrases
@@ -110,32 +110,24 @@ class TableLayout:
                 )
             numbers[name.casefold()] = number
         for name in self.list_metadata(names):
-            if name in self.refused:
-                raise InputError(f"{subject}: column {name} is not allowed; {self.refused[name]}")
-            column = self._find_misspelt(name)
+            if column := _find_spelling(name, self.refused):
+                raise InputError(f"{subject}: column {name!r} is not allowed; {self.refused[column]}")
+            column = _find_spelling(name, self.inputs)
             if column is not None and column not in names:
+                description = self.inputs[column]
+                unit = (description.shown_unit or description.unit) if isinstance(description, Number) else ""
                 raise InputError(
-                    f"{subject}: column {name!r} is not an input; did you mean {column}? Rename it to {column}, or give"
-                    " a column of your own a name that differs more"
+                    f"{subject}: column {name!r} is not an input; did you mean {column}{f', in {unit}' * bool(unit)}?"
+                    f" Rename it to {column}, or give a column of your own a name that differs more"
                 )
         for name in self.required:
             if name not in names:
-                shown = ", ".join(names)[:200]
-                raise InputError(f"{subject}: no column {name}; columns: {shown}; add the column")
-
-    def _find_misspelt(self, name: str) -> str | None:
-        """Declared column that differs from a name only by case, blanks, punctuation, ending or unit."""
-        stems = _list_stems(reduce_name(name))
-        for column in self.inputs:
-            stem = _strip_unit(column)
-            without_unit = {reduce_name(name).removesuffix(unit) for unit in ("", *_UNITS)}
-            if stems & _list_stems(reduce_name(column)) or (stem != reduce_name(column) and stem in without_unit):
-                return column
-        return None
+                columns = ", ".join(names)[:200]
+                raise InputError(f"{subject}: no column {name}; columns: {columns}; add the column")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class TableRow:
+class UserRow:
     """A row of a table.
 
     Attributes
@@ -153,7 +145,7 @@ class TableRow:
     metadata: Mapping[str, Any]
 
 
-def read_user_table(path: Path, layout: TableLayout) -> list[TableRow]:
+def read_user_table(path: Path, layout: TableLayout) -> list[UserRow]:
     """Rows of a table of a user, with the type of each declared column.
 
     Parameters
@@ -166,7 +158,7 @@ def read_user_table(path: Path, layout: TableLayout) -> list[TableRow]:
 
     Returns
     -------
-    list of TableRow
+    list of UserRow
         At least one row.
 
     Raises
@@ -194,7 +186,7 @@ def read_user_table(path: Path, layout: TableLayout) -> list[TableRow]:
     subject, table = f"table {path}", open_table_file(path)
     layout.check_names(table.names, subject)
     reader = _CellReader(layout=layout, table=table, subject=subject)
-    rows: list[TableRow] = []
+    rows: list[UserRow] = []
     count = table.count
     for number, cells in enumerate(table.rows, start=1):
         count = max(count, number)
@@ -225,7 +217,7 @@ class _CellReader:
         ]
         self.decimal_mark, self.place_of_mark = "" if table.has_semicolons else ".", ""
 
-    def read_row(self, number: int, cells: Sequence[Any]) -> TableRow:
+    def read_row(self, number: int, cells: Sequence[Any]) -> UserRow:
         """Read a row from its number and its cells; raises InputError for the first cell that is not allowed."""
         values, metadata = {}, {}
         for (name, description), cell in zip(self.columns, cells, strict=True):
@@ -238,7 +230,7 @@ class _CellReader:
                     f"{self.subject}, row {number}: {name} is empty; allowed: {description.allowed}; fill in the cell,"
                     " or remove the row"
                 )
-        return TableRow(number=number, values=values, metadata=metadata)
+        return UserRow(number=number, values=values, metadata=metadata)
 
     def _read_cell(self, cell: Any, description: Input, number: int) -> Any:
         """Value of a cell by the description of its column."""
@@ -279,8 +271,11 @@ class _CellReader:
         return float(stripped.replace(",", "."))
 
 
-def _replace_decimal_commas(rows: Sequence[TableRow]) -> list[TableRow]:
-    """Rows with decimal points in the columns of metadata that have only numbers with decimal commas."""
+def _replace_decimal_commas(rows: Sequence[UserRow]) -> list[UserRow]:
+    """Rows with decimal points in place of decimal commas in their metadata.
+
+    A column with any other text is not changed.
+    """
     names = set()
     for name in rows[0].metadata:
         texts = [row.metadata[name] for row in rows if row.metadata[name] is not None]
@@ -299,7 +294,7 @@ def _replace_decimal_commas(rows: Sequence[TableRow]) -> list[TableRow]:
 
 
 def convert_plain_numbers(values: Sequence[Any]) -> list[Any]:
-    """Convert the texts of a column to numbers, if each text is equal to its number.
+    """Numbers of the texts of a column, if each text equals its number.
 
     A text such as `007`, `1e3` or a number of more than 15 digits is not equal to its number.
 
@@ -323,15 +318,15 @@ def convert_plain_numbers(values: Sequence[Any]) -> list[Any]:
     texts = [value for value in values if isinstance(value, str)]
     if not texts:
         return list(values)
-    others = [value for value in values if value is not None and not isinstance(value, str)]
-    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in others)
+    other_values = [value for value in values if value is not None and not isinstance(value, str)]
+    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in other_values)
     if are_numbers and all(map(_is_plain_number, texts)):
         return [_to_number(value) if isinstance(value, str) else value for value in values]
     return [None if value is None else str(value) for value in values]
 
 
 def _is_plain_number(text: str) -> bool:
-    """Whether a text is equal to its number, apart from zeros at the end of its decimals."""
+    """Whether a text equals its number, apart from zeros after its decimals."""
     digits = sum(map(str.isdigit, text))
     return _PLAIN_NUMBER.fullmatch(text) is not None and digits <= _MOST_DIGITS
 
@@ -343,6 +338,17 @@ def _to_number(text: str) -> float:
 def reduce_name(name: str) -> str:
     """Lower case of the letters and digits in the name of a column."""
     return "".join(character for character in name.casefold() if character.isalnum())
+
+
+def _find_spelling(name: str, columns: Iterable[str]) -> str | None:
+    """Column that differs from a name only by case, blanks, punctuation, ending or unit."""
+    stems = _list_stems(reduce_name(name))
+    without_unit = {reduce_name(name).removesuffix(unit) for unit in ("", *_UNITS)}
+    for column in columns:
+        reduced, stem = reduce_name(column), _strip_unit(column)
+        if stems & _list_stems(reduced) or (stem != reduced and stem in without_unit):
+            return column
+    return None
 
 
 def _list_stems(name: str) -> set[str]:

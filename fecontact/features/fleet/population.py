@@ -154,10 +154,10 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
 
 
 def list_candidates(fleet: Fleet) -> list[Candidate]:
-    """All wheels and all rails of a fleet, with the columns of the user as `profiles.parquet` has them.
+    """All wheels and rails of a fleet, with their metadata as in `profiles.parquet`.
 
-    A column has numbers if each text in it is equal to its number, in all tables. A column with the name of a column of
-    the program has the name `user_NAME`.
+    A column of metadata has numbers if each text in it is equal to its number, in all tables. A column with the name of
+    a column of the program has the name `user_NAME`.
 
     Parameters
     ----------
@@ -243,7 +243,10 @@ def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidat
 
 
 def _check_path(candidate: Candidate) -> Candidate:
-    """Candidate with a problem and a readable path if its path is not UTF-8, which no result could store."""
+    """Candidate, with a problem and a readable path if its path is not UTF-8.
+
+    No table of the results could store such a path.
+    """
     try:
         f"{candidate.name}{candidate.spec}".encode()
     except UnicodeEncodeError:

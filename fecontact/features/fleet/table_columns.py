@@ -58,7 +58,10 @@ class _PositionWeight:
 
 
 def _list_unused_inputs() -> dict[str, str]:
-    """Place of each input of a case, by the name of a column that has no effect."""
+    """Place of each input of a case, by its key.
+
+    A column with such a name has no effect.
+    """
     places: dict[str, str] = {}
     for place in INPUTS:
         table = f"case.{place.table}" if place.table else "case"
