@@ -83,25 +83,25 @@ def test_any_other_truth_value_is_refused_with_its_place(table, text):
 
 
 @pytest.mark.parametrize(
-    ("column", "text", "allowed"),
+    ("column", "text", "message"),
     [
         *(("weight", text, "allowed: a number (no unit, 0 to 1000000)") for text in ("much", "nan", "inf", "1_000")),
         *(("weight", text, "allowed: a number (no unit, 0 to 1000000)") for text in ("0x10", "١٢", "1 000", "1;2")),
         ("weight", "-1", "allowed: 0 to 1000000"),
-        ("weight", "1e400", "allowed: 0 to 1000000"),
+        ("weight", "2000000", "allowed: 0 to 1000000"),
         ("weight", '"1,5"', "a number with a decimal point"),
         ("radius_mm", "-3", "allowed: finite and > 0"),
         ("load_kN", "0", "allowed: 1 to 1000000000 N"),
         ("units", "MM", "allowed: mm, m"),
     ],
 )
-def test_a_value_outside_its_declaration_is_refused_with_its_place(table, column, text, allowed):
+def test_a_value_outside_its_declaration_is_refused_with_its_place(table, column, text, message):
     with pytest.raises(InputError) as refusal:
         table.csv(f"file,{column}\na,\nb,{text}\n")
-    text_of_refusal = str(refusal.value)
-    assert f"row 2: {column} is " in text_of_refusal
-    assert allowed in text_of_refusal
-    assert text.strip('"').removesuffix("e400") in message or "inf" in text_of_refusal
+    refusal_text = str(refusal.value)
+    assert f"row 2: {column} is " in refusal_text
+    assert message in refusal_text
+    assert text.strip('"') in refusal_text
 
 
 @pytest.mark.parametrize(
@@ -109,10 +109,10 @@ def test_a_value_outside_its_declaration_is_refused_with_its_place(table, column
     ["Weight", "weight ", " WEIGHT", "weights", "Mirrored", "mirror?", "radius", "Radius [mm]", "radius_m", "Load"],
 )
 def test_a_name_like_an_input_is_refused_with_the_input(table, name):
-    meant = next(column for column in LAYOUT.inputs if column[:4] == name.strip().lower()[:4])
-    with pytest.raises(InputError, match=rf"column {re.escape(repr(name))} is not an input; did you mean {meant}"):
+    nearest = next(column for column in LAYOUT.inputs if column[:4] == name.strip().lower()[:4])
+    with pytest.raises(InputError, match=rf"column {re.escape(repr(name))} is not an input; did you mean {nearest}"):
         table.csv(f"file,{name}\na,1\n")
-    with pytest.raises(InputError, match=rf"did you mean {meant}"):
+    with pytest.raises(InputError, match=rf"did you mean {nearest}"):
         table.parquet(file=["a"], **{name: [1]})
 
 
@@ -297,8 +297,8 @@ def test_defects_of_parquet_files_are_refused(table, tmp_path):
     )
     with pytest.raises(InputError, match="cannot be read"):
         table.parquet(file=bad_text)
-    whole = path.read_bytes()
-    for content in (b"", b"PAR1", whole[: len(whole) // 2], b"file,line\na,1\n"):
+    content_bytes = path.read_bytes()
+    for content in (b"", b"PAR1", content_bytes[: len(content_bytes) // 2], b"file,line\na,1\n"):
         path.write_bytes(content)
         with pytest.raises(InputError, match="cannot be read"):
             read_user_table(path, LAYOUT)
