@@ -100,6 +100,10 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     for candidate in candidates:
         if not candidate.problem:
             weights[candidate.body][candidate.name] = candidate.weight
+    for body, body_weights in weights.items():
+        if not body_weights:
+            reason = next(candidate.problem for candidate in candidates if candidate.body == body)
+            raise InputError(f"[{body}s]: no file can be read; first reason: {reason}; correct the list of files")
     known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
     pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
     positions, variants = len(definition.positions), len(definition.filters_mm)
