@@ -30,7 +30,7 @@ ROOMS: dict[str, set[str]] = {
     # names of what features offer, imported once it is used
     "feature_registry": {"errors"},
     "files": {"errors"},
-    "inputs": {"errors"},
+    "inputs": {"errors", "files"},
     "bodies": {"errors", "inputs"},
     "profiles": {"arrays", "errors", "files", "inputs"},
     "placement": {"arrays", "errors", "inputs", "bodies", "profiles"},

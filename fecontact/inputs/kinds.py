@@ -525,23 +525,5 @@ def _is_truth_value(value: Any) -> bool:
     return isinstance(value, bool)
 
 
-def parse_truth_value(value: Any) -> Any:
-    """Truth value of a text such as yes, or of 1 or 0.
-
-    Parameters
-    ----------
-    value
-        Text, truth value or number.
-
-    Returns
-    -------
-    Any
-        True or False; any other value unchanged.
-    """
-    if isinstance(value, int | float) and value in (0, 1):
-        return bool(value)
-    return _parse_truth_value(value)
-
-
 def _parse_truth_value(value: Any) -> Any:
     return _TRUTH_VALUES.get(value.strip().lower(), value) if isinstance(value, str) else value

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import choice_field, number_field
 from fecontact.inputs.slots import input_dataclass
+from fecontact.inputs.table_files import decode_text
 from fecontact.inputs.texts import suggest_name
 
 if TYPE_CHECKING:
@@ -409,7 +410,8 @@ def read_irregularity_table(
 ) -> Irregularity:
     """Read a measured irregularity from a text of two columns.
 
-    The columns are the distance and the opening (missing material positive).
+    The columns are the distance and the opening (missing material positive). Blanks, commas, semicolons or tabs
+    separate them. With semicolons or tabs, numbers can have decimal commas.
 
     Parameters
     ----------
@@ -432,7 +434,7 @@ def read_irregularity_table(
     heading = lines[0] if lines and _parse_numbers(lines[0]) is None else None
     rows = [_parse_numbers(line) for line in (lines[1:] if heading else lines)]
     bad_row = next((number for number, row in enumerate(rows, 1) if row is None or len(row) < 2), None)
-    if bad_row is not None or not rows:
+    if bad_row is not None or not rows or (heading and len(heading) < 2):
         raise InputError(
             f"{path}: row {bad_row or 1} is not a pair of numbers; give distance and opening in two columns"
         )
@@ -458,14 +460,42 @@ def _read_rows(path: Path) -> list[list[str]]:
     try:
         if not path.is_file() or path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path}: there is no file of at most {_MAX_BYTES / 1e6:g} MB here; check the path")
-        text = path.read_text("utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        content = path.read_bytes()
+    except OSError as error:
         raise InputError(f"{path}: the file cannot be read ({error}); give a text file with two columns") from None
+    text = decode_text(content, str(path))
     rows = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
     if not rows:
         raise InputError(f"{path}: the file is empty; give distance and opening in two columns")
-    separator = next((character for character in ";,\t" if character in rows[-1]), None)
-    return [line.split() for line in rows] if separator is None else list(csv.reader(rows, delimiter=separator))
+    separator = next((character for character in ";\t," if character in rows[-1]), None)
+    return [line.split() for line in rows] if separator is None else _split_rows(rows, separator, path)
+
+
+def _split_rows(rows: Sequence[str], separator: str, path: Path) -> list[list[str]]:
+    """Cells of rows with a separator, with decimal points.
+
+    Raises
+    ------
+    InputError
+        If rows have different numbers of cells: a decimal comma may separate cells by mistake.
+    """
+    cells_of_rows: list[list[str]] = []
+    for row in rows:
+        try:
+            (cells,) = csv.reader([row], delimiter=separator, strict=True)
+        except csv.Error as error:
+            raise InputError(
+                f"{path}: the row {row[:60]!r} cannot be divided into cells ({error}); correct the row"
+            ) from None
+        while cells and not cells[-1].strip():
+            cells.pop()
+        cells_of_rows.append(cells if separator == "," else [cell.replace(",", ".") for cell in cells])
+        if len(cells) != len(cells_of_rows[0]):
+            raise InputError(
+                f"{path}: the row {row[:60]!r} has {len(cells)} cells, and the first row has {len(cells_of_rows[0])};"
+                " give equal numbers of cells, and separate numbers with decimal commas by semicolons"
+            )
+    return cells_of_rows
 
 
 def _parse_numbers(row: list[str]) -> list[float] | None:

@@ -77,13 +77,14 @@ def test_shifts_and_loads_that_go_together_stand_in_a_table(tmp_path):
     [
         ("shift_mm,load_kN\n2,60\n", TOGETHER + "[loads_kN]\nvalues = [60]\n", "both given"),
         ("shift_mm,load_kN\n2,60\n", TOGETHER.replace("table =", "#"), "table is missing"),
-        ("shift_mm,load\n2,60\n", TOGETHER, "no column load_kN"),
-        ("shift_mm,load_kN\n2,\n", TOGETHER, "row 1: shift_mm is 2 and load_kN None"),
+        ("shift_mm,radius_m\n2,60\n", TOGETHER, "no column load_kN; columns: shift_mm, radius_m"),
+        ("shift_mm,load_kN\n2,\n", TOGETHER, "row 1: load_kN is empty"),
         ("shift_mm,load_kN\nleft,60\n", TOGETHER, "row 1: shift_mm is 'left'"),
         ("shift_mm,load_kN\n2,-60\n", TOGETHER, "-60"),
-        ("shift_mm,load_kN\n2.5,60\nnan,60\n", TOGETHER, "row 2: shift_mm is None"),
+        ("shift_mm,load_kN\n2.5,60\nnan,60\n", TOGETHER, "row 2: shift_mm is 'nan'; allowed: a number"),
         ("shift_mm,load_kN,weight\n2,60,-1\n", TOGETHER, "row 1: weight is -1"),
-        ("shift_mm,load_kN\n", TOGETHER, "the sum of the weights is 0"),
+        ("shift_mm,load_kN\n", TOGETHER, "row 1 is missing"),
+        ("shift_mm,load_kN,weight\n2,60,0\n", TOGETHER, "the sum of the weights is 0"),
     ],
 )
 def test_positions_that_cannot_be_are_refused_with_their_value(tmp_path, content, text, said):

@@ -28,7 +28,7 @@ from fecontact.errors import ConvergenceError, InputError, ProgramError
 from fecontact.features.fleet import pair_jobs, reading, running, screening
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
-from fecontact.features.fleet.population import Candidate
+from fecontact.features.fleet.population import find_candidates
 from fecontact.features.fleet.profile_files import mark_unusable, select_reading
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile
 from fecontact.features.fleet.report import write_report
@@ -306,11 +306,13 @@ def test_a_wheel_has_the_radius_of_its_table_and_no_other_than_a_case_can_have(t
     monkeypatch.setattr(running, "write_screen", lambda *arguments: {"HOLDS": 1.0})
     path = file_of(tmp_path, ["60E1"])
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"wheels.csv"'))
-    rows = ("S1002,a,425", "EN13715_1in40,b,-3", "CONE40,c,")
+    rows = ("S1002,a,425", "EN13715_1in40,b,", "CONE40,c,-3")
     (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\n" + "\n".join(rows) + "\n")
-    outcome = run(path, tmp_path / "out")
+    with pytest.raises(InputError, match=r"row 3: rolling_radius_mm is -3.0 mm; allowed: finite and > 0"):
+        run(path, tmp_path / "out")
+    (tmp_path / "wheels.csv").write_text("file,name,rolling_radius_mm\n" + "\n".join(rows[:2]) + "\n")
+    run(path, tmp_path / "out")
     assert set(cases) == {425.0, 460.0}
-    assert outcome.refused["wheel b"].startswith("rolling radius is -3")
 
 
 def test_a_wheel_has_the_radius_of_its_header_where_no_table_and_no_case_gives_one(tmp_path, monkeypatch):
@@ -513,12 +515,12 @@ def test_numbers_that_a_position_does_not_have_are_still_a_refusal_of_the_positi
     assert set(rows["reason"]) == {"no such contact"}
 
 
-@pytest.mark.parametrize(("value", "mirror"), [("no", False), ("yes", True), (0, False), (1, True), (False, False)])
+@pytest.mark.parametrize(
+    ("value", "mirror"), [("no", False), ("YES", True), ("false", False), ("true", True), ("", None)]
+)
 def test_the_side_in_a_table_is_what_it_says(tmp_path, value, mirror):
-    fleet = read_fleet(file_of(tmp_path))
-    rail = Candidate(body="rail", name="a", spec="60E1", known={"mirror": value})
+    (tmp_path / "rails.csv").write_text(f"file,mirror,line\n60E1,{value},7\n")
+    fleet = replace(read_fleet(file_of(tmp_path)), rails=("rails.csv",))
+    (rail,) = find_candidates(fleet, "rail")
     assert mark_unusable(fleet, rail).problem == ""
     assert select_reading(fleet, rail).mirror is mirror
-    wrong = Candidate(body="rail", name="a", spec="60E1", known={"mirror": "perhaps"})
-    refused = mark_unusable(fleet, wrong)
-    assert (refused.problem, refused.remedy) == ("mirror is 'perhaps'", "allowed: yes or no, true or false")

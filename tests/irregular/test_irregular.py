@@ -40,7 +40,13 @@ from fecontact.outputs.case_words import case_words
 from fecontact.outputs.pair_names import position_text
 from fecontact.outputs.records.results import case_inputs, input_columns
 from fecontact.outputs.records.stored import placement_record, restore_placement
-from fecontact.placement.irregularity import IRREGULARITY_FORMS, Irregularity, format_irregularity, parse_irregularity
+from fecontact.placement.irregularity import (
+    IRREGULARITY_FORMS,
+    Irregularity,
+    format_irregularity,
+    parse_irregularity,
+    read_irregularity_table,
+)
 from fecontact.runs.identity import make_case_id
 from fecontact.runs.toml_cases import read_toml_cases
 from fecontact.solving.placing import place_case
@@ -389,6 +395,44 @@ def test_units_of_a_table_are_converted(tmp_path):
     path.write_text("# a weld\n0 0\n0.001 10\n0.002 20\n0.003 10\n0.004 0\n")
     line = parse_irregularity(f"table:{path},distance=m,opening=um")
     assert line.points_mm[1:3] == ((1.0, 0.01), (2.0, 0.02))
+
+
+POINTS = [(0.5 * number, 0.01 * (number % 2)) for number in range(40)]
+
+
+@pytest.mark.parametrize(
+    ("heading", "separator", "encoding"),
+    [
+        ("s_mm;e_mm", ";", "utf-8"),
+        ("", ";", "utf-8"),
+        ("s_mm\te_mm", "\t", "utf-16"),
+        ("Länge_mm\te_mm", "\t", "utf-8-sig"),
+    ],
+)
+def test_tables_with_decimal_commas_are_read(tmp_path, heading, separator, encoding):
+    path = tmp_path / "points.csv"
+    rows = [f"{s}{separator}{e}".replace(".", ",") for s, e in POINTS]
+    path.write_bytes("\n".join([heading, *rows]).encode(encoding))
+    table_read = read_irregularity_table(path, distance_unit="mm", opening_unit="mm")
+    assert table_read.points_mm == tuple(POINTS)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("s_mm,e_mm\n1,5,0,1\n2,5,0,2\n", "has 4 cells, and the first row has 2"),
+        ("s_mm\n1,2\n3,4\n", "has 2 cells, and the first row has 1"),
+        (f"s_mm,e_mm\n{'1' * 200_000},2\n", "cannot be divided into cells"),
+        ('s_mm,e_mm\n"1,2\n', "cannot be divided into cells"),
+        ("s_mm,e_mm\n1\0,2\n", "line 2 has a NUL character"),
+        ("Länge_mm,e_mm\n1,2\n".encode("latin-1"), "line 1 has the byte 0xE4, which is not UTF-8"),
+    ],
+)
+def test_defects_of_tables_are_refused(tmp_path, content, message):
+    path = tmp_path / "points.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    with pytest.raises(InputError, match=message):
+        read_irregularity_table(path)
 
 
 def test_what_nodes_cannot_follow_or_a_table_does_not_reach_is_refused():

@@ -11,7 +11,13 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
-from fecontact.features.fleet.population import BODIES, Candidate, find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.population import (
+    BODIES,
+    Candidate,
+    describe_tables,
+    list_candidates,
+    weigh_candidate_pairs,
+)
 from fecontact.features.fleet.profile_files import select_reading
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import (
@@ -21,6 +27,7 @@ from fecontact.features.fleet.sealed_folder import (
     read_record,
     refuse_damaged_fleet,
 )
+from fecontact.features.fleet.table_columns import RADIUS_COLUMN, select_reading_values
 from fecontact.features.fleet.tables import read_parquet
 from fecontact.files import hash_file
 from fecontact.profiles.resolve import select_used_options
@@ -43,6 +50,8 @@ class FleetCost:
         CPU time of the screening.
     memory_MB
         Memory of a worker.
+    tables
+        Sentence on the columns of each table: inputs, metadata, and names that may be a mistake.
     """
 
     wheels: int
@@ -51,6 +60,7 @@ class FleetCost:
     positions: int
     cpu_seconds: float
     memory_MB: float
+    tables: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -91,25 +101,28 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     (2, 3, 6)
     """
     definition = read_fleet(Path(fleet))
-    candidates_by_body = {
-        body: [candidate for candidate in find_candidates(definition, body) if not candidate.problem] for body in BODIES
-    }
-    weights = {
-        body: {candidate.name: candidate.weight for candidate in body_candidates}
-        for body, body_candidates in candidates_by_body.items()
-    }
-    known_names = {f"{body} {name}" for body, names in weights.items() for name in names}
+    candidates = list_candidates(definition)
+    weights: dict[str, dict[str, float]] = {body: {} for body in BODIES}
+    for candidate in candidates:
+        if not candidate.problem:
+            weights[candidate.body][candidate.name] = candidate.weight
+    for body, body_weights in weights.items():
+        if not body_weights:
+            reason = next(candidate.problem for candidate in candidates if candidate.body == body)
+            raise InputError(f"[{body}s]: no file can be read; first reason: {reason}; correct the list of files")
+    known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
     pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
     positions, variants = len(definition.positions), len(definition.filters_mm)
     pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
-    files = sum(map(len, candidates_by_body.values()))
+    files = sum(map(len, weights.values()))
     return FleetCost(
-        wheels=len(candidates_by_body["wheel"]),
-        rails=len(candidates_by_body["rail"]),
+        wheels=len(weights["wheel"]),
+        rails=len(weights["rail"]),
         pairs=pairs,
         positions=pairs * positions,
         cpu_seconds=files * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
+        tables=tuple(describe_tables(definition)),
     )
 
 
@@ -157,15 +170,14 @@ class ScreenedFleet:
         for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
             row = self._rows[body, profile_name]
             self._refuse_changed_file(row["file"], row["content_hash"])
-            table_values = {name: row.get(name) for name in ("mirror", "rolling_radius_mm")}
-            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=table_values)
+            candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=select_reading_values(row))
             profile_inputs |= {
                 body: row["file"],
                 f"{body}_file": select_used_options(candidate.spec, select_reading(self.fleet, candidate)),
             }
-        radius = self._rows["wheel", wheel].get("rolling_radius_mm")
+        radius = self._rows["wheel", wheel].get(RADIUS_COLUMN)
         if radius is not None and math.isfinite(radius):
-            profile_inputs["rolling_radius_mm"] = float(radius)
+            profile_inputs[RADIUS_COLUMN] = float(radius)
         return replace(self.fleet.case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
     def _refuse_changed_file(self, file: str, checksum: str) -> None:

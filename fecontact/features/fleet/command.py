@@ -77,7 +77,7 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
 
 @fleet.command
 def check(file: Path) -> int:
-    """Print the size, time and memory of a fleet, without reading a profile.
+    """Print the columns of the tables, size, time and memory of a fleet, without reading a profile.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def check(file: Path) -> int:
 
 
 def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
-    """Print the size, memory and time of a fleet.
+    """Print the columns of the tables of a fleet, and its size, memory and time.
 
     Parameters
     ----------
@@ -105,6 +105,8 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
     from fecontact.jobs.workers import count_default_workers
 
     cost = check_fleet(file)
+    for sentence in cost.tables:
+        say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
     say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
 

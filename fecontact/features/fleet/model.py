@@ -11,16 +11,17 @@ from typing import Any, Literal
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.features.fleet.tables import read_rows, read_weight
+from fecontact.features.fleet.table_columns import POSITION_LAYOUT
 from fecontact.files import read_toml_text
 from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
 from fecontact.inputs.slots import input_dataclass, read_table
+from fecontact.inputs.user_tables import read_user_table
 from fecontact.runs.toml_cases import read_case_table
 
 ScreeningTheory = Literal["strip", "half_space"]
 Position = tuple[float, float]
 """Lateral shift (mm) and wheel load (kN)."""
-_MOST_VALUES, _MOST_POSITIONS = 1000, 10_000
+_MOST_VALUES = 1000
 _KEYS_OF_TABLES = ("rail", "wheel", "lateral_shift_mm", "load_kN")
 
 
@@ -223,6 +224,8 @@ class Fleet:
         Pairs of wheels and rails.
     positions
         Weight of each shift (mm) with a load (kN); they sum to 1.
+    positions_table
+        Table of the positions; None for distributions of shifts and loads.
     case
         Everything but profiles, shift and load.
     theory
@@ -238,6 +241,7 @@ class Fleet:
     rails: tuple[str, ...]
     pairing: Pairing
     positions: Mapping[Position, float]
+    positions_table: str | None
     case: Case
     theory: ScreeningTheory
     filters_mm: tuple[float, ...]
@@ -329,6 +333,7 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
         rails=tables_read["rails"].texts,
         pairing=tables_read["pairs"],
         positions=_weigh_positions(tables_read, case, folder),
+        positions_table=tables_read["positions"].table if "positions" in tables_read else None,
         case=case,
         theory=values.theory,
         filters_mm=tuple(sorted(set(map(float, values.filters_mm)))),
@@ -376,19 +381,13 @@ def _list_positions(positions: Positions, folder: Path) -> dict[Position, float]
     Raises
     ------
     InputError
-        If the table is missing, has a value that is not a number, or has too many rows.
+        If the table is missing, has a value that is not allowed, or has too many rows.
     """
     if positions.table is None:
         raise InputError("[positions]: table is missing; give a table with columns shift_mm and load_kN")
     path = folder / positions.table
-    weighted = []
-    for row_number, row in enumerate(read_rows(path, ("shift_mm", "load_kN"), _MOST_POSITIONS), start=1):
-        where = f"table {path}, row {row_number}"
-        shift, load = (to_float(row[name]) for name in ("shift_mm", "load_kN"))
-        if shift is None or load is None:
-            raise InputError(
-                f"{where}: shift_mm is {row['shift_mm']!r} and load_kN {row['load_kN']!r}; allowed: numbers; correct"
-                " or remove the row"
-            )
-        weighted.append(((shift, load), read_weight(row, where)))
+    weighted = (
+        ((row.values["shift_mm"], row.values["load_kN"]), row.values.get("weight", 1.0))
+        for row in read_user_table(path, POSITION_LAYOUT)
+    )
     return normalise_weights(weighted, f"table {path}")

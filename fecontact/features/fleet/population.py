@@ -8,25 +8,37 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.sealed_folder import escape_path
-from fecontact.features.fleet.tables import read_rows, read_weight
+from fecontact.features.fleet.table_columns import (
+    MOST_FILES,
+    MOST_PAIRS,
+    PAIR_LAYOUT,
+    POSITION_LAYOUT,
+    Body,
+    describe_columns,
+    make_profile_layout,
+    name_metadata,
+    select_reading_values,
+)
+from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
+from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table, reduce_name
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.readers.columns import file_bytes
 
-Body = Literal["wheel", "rail"]
 BODIES: tuple[Body, ...] = ("wheel", "rail")
 Pair = tuple[str, str]
 """Names of a wheel and a rail."""
-MOST_FILES, MOST_PAIRS = 100_000, 1_000_000
 # Endings of the files of the other body; a folder of an instrument has files of both bodies.
 _SUFFIXES_OF_THE_OTHER_BODY = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
-_RESERVED_COLUMNS = ("file", "name", "weight")
+# Names of a column by which a CSV file is recognised as a list of files.
+_FILE_COLUMNS = {"file", "files", "filename", "path", "filepath"}
+_LISTED_COLUMNS = ("file", "name", "weight")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +56,9 @@ class Candidate:
     content_hash
         SHA-256 of the file; empty if it cannot be read, or is of the library.
     known
-        Columns and values of its row in a table.
+        Values of the declared columns of its row in a table, without file, name and weight.
+    metadata
+        Values of the other columns of its row, under their names in the table.
     problem, remedy
         Reason why it is not read.
     """
@@ -55,6 +69,7 @@ class Candidate:
     weight: float = 1.0
     content_hash: str = ""
     known: Mapping[str, Any] = field(default_factory=dict)
+    metadata: Mapping[str, Any] = field(default_factory=dict)
     problem: str = ""
     remedy: str = ""
 
@@ -88,7 +103,7 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
         raise InputError(f"[{body}s]: more than {MOST_FILES} files; allowed: at most this number; give fewer files")
     names: dict[str, str] = {}
     contents: dict[tuple[str, str], str] = {}
-    return [_check_content(_assign_unique_name(candidate, names), contents) for candidate in profiles]
+    return [_check_content(_assign_unique_name(_check_path(candidate), names), contents) for candidate in profiles]
 
 
 def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
@@ -105,7 +120,7 @@ def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]
             for file in files
             if file.suffix.lower() not in _SUFFIXES_OF_THE_OTHER_BODY[body]
         )
-    elif path.suffix.lower() == ".parquet" or _is_table(path):
+    elif is_parquet(path) or _is_table(path):
         yield from _read_table_candidates(path, body)
     else:
         yield _make_file_candidate(path, body)
@@ -144,19 +159,98 @@ def _is_table(path: Path) -> bool:
     """Whether a CSV file lists files and is not a profile."""
     if path.suffix.lower() != ".csv" or not path.is_file():
         return False
-    with path.open(encoding="utf-8-sig", errors="replace") as file:
-        return "file" in (name.strip().strip('"') for name in file.readline(10_000).split(","))
+    return not _FILE_COLUMNS.isdisjoint(map(reduce_name, guess_column_names(path)))
 
 
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
     """Profiles of the rows of a table, with the values of further columns."""
-    for number, row in enumerate(read_rows(path, ["file"], MOST_FILES), start=1):
-        table_values = {name: value for name, value in row.items() if name not in _RESERVED_COLUMNS}
-        weight = read_weight(row, f"table {path}, row {number}")
-        file_text = str(row["file"])
+    for row in read_user_table(path, make_profile_layout(body)):
+        file_text = row.values["file"]
         file = path.parent / file_text
         spec = file_text if is_library_name(file_text) and not file.exists() else str(file.absolute())
-        yield Candidate(body=body, name=str(row.get("name") or file.stem), spec=spec, weight=weight, known=table_values)
+        yield Candidate(
+            body=body,
+            name=row.values.get("name", file.stem),
+            spec=spec,
+            weight=row.values.get("weight", 1.0),
+            known={name: value for name, value in row.values.items() if name not in _LISTED_COLUMNS},
+            metadata=row.metadata,
+        )
+
+
+def list_candidates(fleet: Fleet) -> list[Candidate]:
+    """All wheels and rails of a fleet, with their metadata as in `profiles.parquet`.
+
+    A column of metadata has numbers if each text in it is equal to its number, in all tables. A column with the name of
+    a column of the program has the name `user_NAME`.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+
+    Returns
+    -------
+    list of Candidate
+        Wheels, then rails.
+
+    Raises
+    ------
+    InputError
+        As for `find_candidates`, and for columns that differ only by upper case.
+    """
+    candidates = [candidate for body in BODIES for candidate in find_candidates(fleet, body)]
+    columns: dict[str, str] = {}
+    for name in dict.fromkeys(name for candidate in candidates for name in candidate.metadata):
+        stored_name = name_metadata(name)
+        first_name = columns.setdefault(stored_name.casefold(), name)
+        if first_name != name:
+            raise InputError(
+                f"tables of [wheels] and [rails]: columns {first_name!r} and {name!r} have equal names in the results;"
+                " allowed: names that differ by more than upper case; rename one of the columns"
+            )
+    typed_values = {
+        name: iter(convert_plain_numbers([row.metadata[name] for row in candidates if name in row.metadata]))
+        for name in columns.values()
+    }
+    return [
+        replace(candidate, metadata={name_metadata(name): next(typed_values[name]) for name in candidate.metadata})
+        for candidate in candidates
+    ]
+
+
+def describe_tables(fleet: Fleet) -> list[str]:
+    """Sentences on the columns of the tables of a fleet: inputs, metadata, and names that may be a mistake.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+
+    Returns
+    -------
+    list of str
+        A sentence for each table.
+
+    Raises
+    ------
+    InputError
+        If a table cannot be read.
+    """
+    tables: list[tuple[str, TableLayout, bool]] = [
+        (text, make_profile_layout(body), True)
+        for body, texts in zip(BODIES, (fleet.wheels, fleet.rails), strict=True)
+        for text in texts
+        if (path := fleet.folder / text).is_file() and (is_parquet(path) or _is_table(path))
+    ]
+    if fleet.pairing.table is not None:
+        tables.append((fleet.pairing.table, PAIR_LAYOUT, False))
+    if fleet.positions_table is not None:
+        tables.append((fleet.positions_table, POSITION_LAYOUT, False))
+    return [
+        describe_columns(text, layout, open_table_file(fleet.folder / text).names, is_kept=is_kept)
+        for text, layout, is_kept in tables
+    ]
 
 
 def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidate:
@@ -173,12 +267,30 @@ def _assign_unique_name(candidate: Candidate, names: dict[str, str]) -> Candidat
     return replace(candidate, name=name)
 
 
+def _check_path(candidate: Candidate) -> Candidate:
+    """Candidate, with a problem and a readable path if its path is not UTF-8.
+
+    No table of the results could store such a path.
+    """
+    try:
+        f"{candidate.name}{candidate.spec}".encode()
+    except UnicodeEncodeError:
+        name, spec = (
+            os.fsencode(text).decode("utf-8", "backslashreplace") for text in (candidate.name, candidate.spec)
+        )
+        problem, remedy = "the name of the file or of its folder is not UTF-8", "rename the file or the folder"
+        return replace(candidate, name=name, spec=spec, problem=problem, remedy=remedy)
+    return candidate
+
+
 def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
     """Candidate with the hash of its content, or with a problem.
 
     The problem is a name that is not UTF-8, which no table can have, a file that cannot be read, or the content of an
     earlier candidate.
     """
+    if candidate.problem:
+        return candidate
     if (spec := escape_path(candidate.spec)) != candidate.spec:
         remedy = "rename the file or its folder"
         return replace(
@@ -192,7 +304,8 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
         except InputError as error:
             return replace(candidate, problem=str(error), remedy="check the path")
         candidate = replace(candidate, content_hash=content)
-    first_name = contents.setdefault((content, repr(candidate.known.get("mirror"))), candidate.name)
+    reading = repr(select_reading_values(candidate.known))
+    first_name = contents.setdefault((content, reading), candidate.name)
     if first_name != candidate.name:
         return replace(
             candidate, problem=f"same content as {first_name}", remedy="list it once, with the sum of the weights"
@@ -262,12 +375,12 @@ def _list_pairs(
     InputError
         If a row names a profile that is not in the fleet.
     """
-    for number, row in enumerate(read_rows(path, ["wheel", "rail"], MOST_PAIRS), start=1):
-        wheel, rail = str(row["wheel"]), str(row["rail"])
+    for row in read_user_table(path, PAIR_LAYOUT):
+        wheel, rail = row.values["wheel"], row.values["rail"]
         if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
             raise InputError(
-                f"table {path}, row {number}: there is no {min(unknown)}; give the name in its table, or its file name"
-                " without ending"
+                f"table {path}, row {row.number}: there is no {min(unknown)}; give the name in its table, or its file"
+                " name without ending"
             )
         if wheel in wheels and rail in rails:
-            yield (wheel, rail), read_weight(row, f"table {path}, row {number}") * wheels[wheel] * rails[rail]
+            yield (wheel, rail), row.values.get("weight", 1.0) * wheels[wheel] * rails[rail]

@@ -14,7 +14,7 @@ from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
-from fecontact.inputs.kinds import parse_truth_value
+from fecontact.features.fleet.table_columns import RADIUS_COLUMN, select_reading_values
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import JobOutcome
 from fecontact.profiles.reading import Reading
@@ -55,8 +55,8 @@ class ReadProfile:
     def row(self) -> Row:
         """Row of `profiles.parquet`.
 
-        Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, and the
-        columns of the list of profiles that have other names.
+        Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, notes of
+        the reader, then the inputs and the metadata of its row in a table.
         """
         candidate, record = self.candidate, self.record
         filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
@@ -71,7 +71,7 @@ class ReadProfile:
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
             **{"wear_mm": record.get("wear_mm"), "weight": candidate.weight, "reader_notes": "\n".join(self.notes)},
         }
-        return columns | {name: value for name, value in candidate.known.items() if name not in columns}
+        return {**columns, **candidate.known, **candidate.metadata}
 
 
 def read_refusal_reason(profile: ReadProfile) -> str:
@@ -100,7 +100,7 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
         return one
     try:
         select_reading(fleet, one)
-        if (radius := one.known.get("rolling_radius_mm")) is not None:
+        if (radius := one.known.get(RADIUS_COLUMN)) is not None:
             replace(fleet.case, rolling_radius_mm=radius)
     except InputError as error:
         reason, _, remedy = str(error).partition("; ")
@@ -126,24 +126,24 @@ def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
     """
     if candidate.problem:
         return candidate
-    is_given = fleet.case.is_radius_given or candidate.known.get("rolling_radius_mm") is not None
+    is_given = fleet.case.is_radius_given or candidate.known.get(RADIUS_COLUMN) is not None
     if candidate.body == "rail" or is_given:
         return candidate
     radius_mm = radius_of_file_mm(candidate.spec)
     if radius_mm is None:
         return candidate
-    return replace(candidate, known={**candidate.known, "rolling_radius_mm": radius_mm})
+    return replace(candidate, known={**candidate.known, RADIUS_COLUMN: radius_mm})
 
 
 def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
     """Contradiction between the rolling radius of a wheel and the header of its file; empty if there is none."""
     if candidate.body == "rail":
         return ""
-    return radius_note(candidate.spec, candidate.known.get("rolling_radius_mm") or fleet.case.rolling_radius_mm)
+    return radius_note(candidate.spec, candidate.known.get(RADIUS_COLUMN) or fleet.case.rolling_radius_mm)
 
 
 def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
-    """Reading options of a profile: the options of the fleet, with the side in the profile's table.
+    """Reading options of a profile: the options of its row in a table, then the options of the fleet.
 
     Parameters
     ----------
@@ -158,8 +158,7 @@ def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
         Options of reading this file.
     """
     reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
-    mirror = candidate.known.get("mirror")
-    return reading if mirror is None else replace(reading, mirror=parse_truth_value(mirror))
+    return replace(reading, **select_reading_values(candidate.known))
 
 
 def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:

@@ -16,7 +16,7 @@ import numpy as np
 
 from fecontact import __version__
 from fecontact.errors import InputError, MemoryShortageError
-from fecontact.features.fleet.population import Body
+from fecontact.features.fleet.table_columns import Body
 from fecontact.files import hash_file, read_json, write_json
 from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import WorkResult

@@ -17,7 +17,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.packages import import_parquet
 from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
-from fecontact.features.fleet.population import BODIES, Pair, find_candidates
+from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import (
     REFUSED,
     UNREAD,
@@ -160,9 +160,7 @@ def run_fleet(
     definition, settings, progress = read_fleet(path), settings or RunSettings(), progress or {}
     refuse_part(settings)
     candidate_list = [
-        mark_unusable(definition, with_radius(definition, candidate))
-        for body in BODIES
-        for candidate in find_candidates(definition, body)
+        mark_unusable(definition, with_radius(definition, candidate)) for candidate in list_candidates(definition)
     ]
     prepare_for_fleet(path, folder, force=settings.force)
     with open_run(folder, folder / PAIR_JOBS, settings, progress.get("files")) as open_jobs:

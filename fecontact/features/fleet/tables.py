@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -35,75 +34,6 @@ _NO_SAMPLE = """
     SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
            0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
     WHERE false"""
-
-
-def read_rows(path: Path, required_columns: Iterable[str], most_rows: int) -> list[Record]:
-    """Rows of a table (.csv or .parquet).
-
-    Parameters
-    ----------
-    path
-        File of the table.
-    required_columns
-        Names of the columns that it must have.
-    most_rows
-        Largest number of rows.
-
-    Returns
-    -------
-    list of dict
-        Values by the names of their columns.
-
-    Raises
-    ------
-    InputError
-        If the table cannot be read, has too many rows, or lacks a column.
-    """
-    module = import_arrow("parquet" if path.suffix.lower() == ".parquet" else "csv")
-    read_table = module.read_table if path.suffix.lower() == ".parquet" else module.read_csv
-    try:
-        table = read_table(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"table {path} cannot be read ({str(error)[:200]}); give a CSV or Parquet file") from error
-    if missing := [name for name in required_columns if name not in table.column_names]:
-        raise InputError(
-            f"table {path}: no column {missing[0]}; columns: {', '.join(table.column_names)[:200]}; add the column"
-        )
-    if table.num_rows > most_rows:
-        raise InputError(
-            f"table {path}: {table.num_rows} rows; allowed: at most {most_rows}; give fewer rows, or draw pairs"
-        )
-    rows: list[Record] = table.to_pylist()
-    return rows
-
-
-def read_weight(row: Record, where: str) -> float:
-    """Weight of a row of a table; 1 without a weight.
-
-    Parameters
-    ----------
-    row
-        Values by the names of their columns.
-    where
-        Place of the row, for messages.
-
-    Returns
-    -------
-    float
-        Weight, at least 0.
-
-    Raises
-    ------
-    InputError
-        If the weight is not a number, negative or infinite.
-    """
-    try:
-        weight = float(row.get("weight", 1.0))
-    except (TypeError, ValueError):
-        weight = -1.0
-    if not 0.0 <= weight < math.inf:
-        raise InputError(f"{where}: weight is {row['weight']!r}; allowed: finite and >= 0; correct or remove the row")
-    return weight
 
 
 def write_table(
