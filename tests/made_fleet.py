@@ -127,7 +127,7 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
 
 
 def seal(folder: Path, record: dict | None = None) -> None:
-    """Write the checksums of the present tables, with a new record or the present one."""
+    """Write the checksums of the present tables, and a new record if it is given."""
     record = record or {key: value for key, value in read_json(folder / "fleet.json").items() if key != SEAL_KEY}
     write_record(folder, record, [path.name for path in (folder / "screen").iterdir()])
 

@@ -70,7 +70,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 
 
 def answer_of(folder: Path) -> str:
-    """Everything that the readers of a fleet say."""
+    """Answers of all readers of a fleet."""
     answer, opened = evaluate_fleet(folder), open_fleet(folder)
     tables = (answer.cells, answer.causes, answer.theories, answer.worst, answer.strata, answer.files, answer.notes)
     return json.dumps([make_answer_rows(answer), tables, opened.record["headline"], repr(opened.fleet)])
@@ -80,7 +80,7 @@ def answer_of(folder: Path) -> str:
 
 
 def sampled_copy(finished: Path, sampled, tmp_path: Path) -> tuple[Path, Path]:
-    """A screened fleet with the sample of a made fleet, and a second one to take files from."""
+    """A screened fleet with a sample, and a different fleet to take files from."""
     fleets = [made_fleet(tmp_path / name, wheels=2, rails=3, seed=seed) for name, seed in (("out", 1), ("other", 2))]
     for fleet in fleets:
         shutil.copyfile(finished / "fleet.toml", fleet.folder / "fleet.toml")
@@ -93,21 +93,21 @@ def sampled_copy(finished: Path, sampled, tmp_path: Path) -> tuple[Path, Path]:
 KINDS = ("cut", "changed", "emptied", "exchanged", "removed", "linked", "pipe", "folder", "longer", "renamed")
 
 
-def damage(path: Path, kind: str, other: Path, drawn: random.Random) -> None:
-    """Damage a file of a fleet in a way of `KINDS`; `other` is the file of a different fleet."""
+def damage(path: Path, kind: str, foreign: Path, random_numbers: random.Random) -> None:
+    """Damage a file of a fleet in a way of `KINDS`; `foreign` is the file of a different fleet."""
     content = path.read_bytes()
     path.unlink()
-    at = drawn.randrange(len(content))
+    at = random_numbers.randrange(len(content))
     if kind == "cut":
         path.write_bytes(content[:at])
     elif kind == "changed":
-        path.write_bytes(content[:at] + bytes([content[at] ^ (1 << drawn.randrange(8))]) + content[at + 1 :])
+        path.write_bytes(content[:at] + bytes([content[at] ^ (1 << random_numbers.randrange(8))]) + content[at + 1 :])
     elif kind == "emptied":
         path.write_bytes(b"")
     elif kind == "exchanged":
-        path.write_bytes(other.read_bytes())
+        path.write_bytes(foreign.read_bytes())
     elif kind == "linked":
-        path.symlink_to(other)
+        path.symlink_to(foreign)
     elif kind == "pipe":
         os.mkfifo(path)
     elif kind == "folder":
@@ -115,26 +115,26 @@ def damage(path: Path, kind: str, other: Path, drawn: random.Random) -> None:
     elif kind == "longer":
         path.write_bytes(content + b"\n")
     elif kind == "renamed":
-        path.with_name(f"part-{drawn.randrange(100, 999):06d}{path.suffix}").write_bytes(content)
+        path.with_name(f"part-{random_numbers.randrange(100, 999):06d}{path.suffix}").write_bytes(content)
 
 
 def test_a_damaged_fleet_is_refused_or_says_the_same(finished, sampled, tmp_path):
-    """160 changes of the tables and records of a fleet with a sample: a message in one line, or the same answer."""
-    out, other = sampled_copy(finished, sampled, tmp_path)
+    """160 changes end in a single line, or in an equal answer."""
+    out, foreign_folder = sampled_copy(finished, sampled, tmp_path)
     names = ["profiles.parquet", "fleet.json", "fleet.toml", "sample.parquet", "sample.json"]
     names += [f"screen/part-{number}.parquet" for number in range(3)]
-    whole, drawn = answer_of(out), random.Random(1)
+    undamaged, random_numbers = answer_of(out), random.Random(1)
     messages: list[str] = []
     for number in range(160):
         name, kind = names[number % len(names)], KINDS[number // len(names) % len(KINDS)]
         damaged = tmp_path / "damaged"
         shutil.copytree(out, damaged)
-        damage(damaged / name, kind, other / name, drawn)
+        damage(damaged / name, kind, foreign_folder / name, random_numbers)
         try:
-            assert answer_of(damaged) == whole, (name, kind)
+            assert answer_of(damaged) == undamaged, (name, kind)
         except InputError as error:
             messages.append(str(error))
-            # neither are positions drawn from damaged tables
+            # damaged tables cannot be sampled
             if "sample" not in name:
                 with pytest.raises(InputError):
                     draw_sample(damaged, 12)
@@ -163,7 +163,7 @@ def test_a_removed_sample_is_not_an_answer_without_sample(fleet, sampled):
 
 
 def test_a_killed_sample_leaves_the_earlier_sample(fleet, sampled, monkeypatch):
-    """The checksums of both samples are valid while the new sample takes the place of the earlier sample."""
+    """The checksums of both samples are valid while the new sample replaces the earlier sample."""
     sampled(fleet, 60)
     before = (fleet.folder / "sample.parquet").read_bytes()
     replace = Path.replace
@@ -182,7 +182,7 @@ def test_a_killed_sample_leaves_the_earlier_sample(fleet, sampled, monkeypatch):
 
 
 def test_a_sample_of_tables_that_were_screened_again_is_refused(fleet, sampled):
-    """New numbers with equal strata and weights: the drawn positions look the same."""
+    """New numbers with equal strata and weights."""
     sampled(fleet, 60)
     path = fleet.folder / "screen/part-0.parquet"
     rows = pyarrow.parquet.read_table(path).to_pylist()
@@ -326,8 +326,8 @@ def test_a_fleet_goes_on_where_it_was_moved_renamed_or_changed(copied, tmp_path)
     assert run(copied / "fleet.toml", out).reused == 2
     assert run((copied / "fleet.toml").rename(copied / "renamed.toml"), out).reused == 2
     assert run(copied / "renamed.toml", out.rename(tmp_path / "moved")).reused == 2
-    grown = run(fleet_file(copied / "renamed.toml", '["S1002", "EN13715_1in40"]'), tmp_path / "moved")
-    assert (grown.reused, grown.pairs) == (2, 4)
+    larger = run(fleet_file(copied / "renamed.toml", '["S1002", "EN13715_1in40"]'), tmp_path / "moved")
+    assert (larger.reused, larger.pairs) == (2, 4)
 
 
 def test_other_commands_do_not_write_into_the_folder_of_a_fleet(copied, capsys):

@@ -54,7 +54,7 @@ def run(path: Path):
     ],
 )
 def test_a_file_that_the_machine_could_not_read_is_not_a_refused_file(path, monkeypatch, capsys, error, reason):
-    """Exit code 3, and the same command reads the file."""
+    """Exit code 3; the next run reads the file."""
     read_variants = reading.ReadingProfile._read_variants
 
     def fail(self):

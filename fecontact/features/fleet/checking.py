@@ -181,7 +181,7 @@ class ScreenedFleet:
         return replace(self.fleet.case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
     def _refuse_changed_file(self, file: str, checksum: str) -> None:
-        """Raise InputError if the file of a profile, if it has one, is not the screened file."""
+        """Raise InputError if the file of a profile was changed after it was screened."""
         if not checksum or file in self._unchanged_files:
             return
         try:

@@ -137,7 +137,7 @@ def _match_pattern(folder: Path, pattern: str, body: Body) -> list[Path]:
         If two stars are only a part of a folder's name, which versions of Python read differently.
     """
     parts = Path(pattern).parts
-    if any("**" in part and part != "**" for part in parts):
+    if any("**" in name and name != "**" for name in parts):
         raise InputError(
             f"[{body}s]: {pattern} has ** next to other characters; allowed: ** alone between slashes; give for example"
             " wheels/**/*.csv"

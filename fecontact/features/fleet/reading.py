@@ -37,6 +37,8 @@ TILE_SIZE = 16
 # Number of profile variants in the memory of a worker: two of each profile. A variant has 1 MB with its tables.
 _CACHED_VARIANTS = 4 * TILE_SIZE + 4
 _FEWEST_POINTS = 20
+# Modules of this folder that determine the result of a file or a pair.
+_SOURCES = ("reading.py", "screening.py", "screened_position.py", "screening_rows.py")
 
 
 @cache
@@ -50,7 +52,7 @@ def find_origin() -> Origin:
     """
     from importlib import metadata
 
-    source_hashes = [hash_file(Path(__file__).with_name(name)) for name in ("reading.py", "screening.py")]
+    source_hashes = [hash_file(Path(__file__).with_name(name)) for name in _SOURCES]
     sources = digest_json([read_digests().solving, read_digests().evaluating, *source_hashes])
     versions = {name: metadata.version(name) for name in ("numpy", "scipy")}
     return Origin(solved_by={"fecontact": __version__, **versions, "source of fleets": sources}, evaluated_by={})

@@ -41,12 +41,36 @@ _PATTERN_SIGNS = re.compile(r"([*?\[])")
 
 
 def describe_rerun(folder: Path) -> str:
-    """Remedy for tables that cannot be used."""
+    """Remedy for tables that cannot be used.
+
+    Parameters
+    ----------
+    folder
+        Folder of the results.
+
+    Returns
+    -------
+    str
+        The command to run.
+    """
     return f"run the same command again: fecontact fleet run FLEET.toml --out {folder} (finished jobs are kept)"
 
 
 def describe_redraw(folder: Path, draws: int | None = None) -> str:
-    """Remedy for a sample that cannot be used; `draws` is its number of positions."""
+    """Remedy for a sample that cannot be used.
+
+    Parameters
+    ----------
+    folder
+        Folder of the fleet.
+    draws
+        Number of positions of the sample, if it is known.
+
+    Returns
+    -------
+    str
+        The command to run.
+    """
     count = "" if draws is None else f" --finite-elements {draws}"
     return f"draw again: fecontact fleet sample {folder}{count} (solved positions are kept)"
 
@@ -116,9 +140,10 @@ def escape_path(path: Path | str) -> str:
 
 
 def _is_same_fleet(stored: Mapping[str, Any], file: Path, out: Path) -> bool:
-    """Whether stored results are of a fleet file: the file has the same place, seen from the folder or from the root.
+    """Whether stored results are of a fleet file.
 
-    A renamed file with an unchanged text is the same fleet too.
+    The file has an unchanged path, either relative to the folder of the results or absolute. A renamed file with an
+    unchanged text is an equal fleet too.
     """
     present, stored_folder = file.resolve(), Path(stored["folder"])
     places = {(out.resolve() / stored["file"]).resolve(), (stored_folder / Path(stored["file"]).name).resolve()}
@@ -133,7 +158,7 @@ def _is_same_fleet(stored: Mapping[str, Any], file: Path, out: Path) -> bool:
 
 
 def refuse_links(out: Path) -> None:
-    """Refuse a folder with links, pipes or other objects in place of the files and folders of a fleet.
+    """Refuse links, pipes and other objects in place of the files of a fleet.
 
     Parameters
     ----------
@@ -262,22 +287,22 @@ def read_record(folder: Path) -> dict[str, Any]:
     InputError
         If the folder has no screened fleet, or a table was changed, removed or added.
     """
-    path = folder / FLEET_RECORD
-    if not path.exists():
+    record = folder / FLEET_RECORD
+    if not record.exists():
         raise InputError(
             f"{folder} has no screened fleet ({FLEET_RECORD} is missing); screen it: fecontact fleet run FLEET.toml"
             f" --out {folder}"
         )
-    document = _read_sealed(path, describe_rerun(folder))
+    document = _read_sealed(record, describe_rerun(folder))
     sealed_parts = _select_parts(document)
     checksums = list_companions(document)
     if not sealed_parts or not {PROFILES, FLEET_FILE} <= checksums.keys():
         raise InputError(
-            f"{path} has no checksums of the tables (an earlier version wrote it); {describe_rerun(folder)}"
+            f"{record} has no checksums of the tables (an earlier version wrote it); {describe_rerun(folder)}"
         )
     if problem := find_damage(folder, checksums):
         raise InputError(f"{folder}: {problem}; {describe_rerun(folder)}")
-    if added := {f"{SCREEN}/{part.name}" for part in _list_parts(folder)} - sealed_parts.keys():
+    if added := {f"{SCREEN}/{path.name}" for path in _list_parts(folder)} - sealed_parts.keys():
         raise InputError(f"{folder}: {min(added)} was added after the screening; {describe_rerun(folder)}")
     return document
 
@@ -360,10 +385,10 @@ def write_sample_record(folder: Path, table: Path, screen: str, *, keep_earlier:
     keep_earlier
         Whether the checksum of the earlier sample stays valid, until the table has its final name.
     """
-    entries = [{"checksum": hash_file(table), "screen": screen}]
+    states = [{"checksum": hash_file(table), "screen": screen}]
     if keep_earlier and (folder / SAMPLE_RECORD).exists():
-        entries += _read_sealed(folder / SAMPLE_RECORD, describe_redraw(folder))["samples"]
-    write_sealed(folder / SAMPLE_RECORD, {"kind": "fleet sample", "samples": entries})
+        states += _read_sealed(folder / SAMPLE_RECORD, describe_redraw(folder))["samples"]
+    write_sealed(folder / SAMPLE_RECORD, {"kind": "fleet sample", "samples": states})
 
 
 def check_sample(folder: Path) -> str | None:
@@ -391,10 +416,10 @@ def check_sample(folder: Path) -> str | None:
     for path in (table, record):
         if not path.is_symlink() and not path.exists():
             raise InputError(f"{path} is missing; {remedy}")
-    for entry in _read_sealed(record, remedy)["samples"]:
-        problem = find_damage(folder, {SAMPLE: entry["checksum"]})
+    for state in _read_sealed(record, remedy)["samples"]:
+        problem = find_damage(folder, {SAMPLE: state["checksum"]})
         if problem is None:
-            return str(entry["screen"])
+            return str(state["screen"])
     raise InputError(f"{folder}: {problem}; {remedy}")
 
 
