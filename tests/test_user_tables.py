@@ -6,6 +6,7 @@ import math
 import re
 from contextlib import suppress
 from dataclasses import dataclass
+from datetime import date
 
 import numpy as np
 import pyarrow
@@ -228,7 +229,11 @@ def test_columns_of_the_user_with_decimal_commas_are_numbers_only_if_all_are(tab
         (["12", 3, 2.5], [12, 3, 2.5]),
         (["12a", 3, None], ["12a", "3", None]),
         (["12", True], ["12", "True"]),
-        ([3, 2.5, True], [3, 2.5, True]),
+        ([3, 2.5, None], [3, 2.5, None]),
+        ([3, 2.5, True], ["3", "2.5", "True"]),
+        ([True, False], [True, False]),
+        ([date(2026, 1, 2), None], [date(2026, 1, 2), None]),
+        ([date(2026, 1, 2), "2026-01-03"], ["2026-01-02", "2026-01-03"]),
     ],
 )
 def test_a_column_has_numbers_only_if_each_text_is_equal_to_its_number(texts, values):
@@ -267,6 +272,16 @@ def test_types_of_parquet_are_taken_where_they_fit(table):
 def test_types_of_parquet_that_do_not_fit_are_refused(table, column, cells, message):
     with pytest.raises(InputError, match=message):
         table.parquet(file=["a"], **{column: cells})
+
+
+def test_cells_of_the_user_in_parquet_are_kept_if_a_table_of_results_can_have_them(table):
+    rows = table.parquet(file=["a", "b"], km=[1.5, math.nan], day=[date(2026, 1, 2), None], turned=[True, False])
+    assert [list(row.metadata.values()) for row in rows] == [[1.5, date(2026, 1, 2), True], [None, None, False]]
+    for cell in (math.inf, [1, 2], {"a": 1}):
+        with pytest.raises(InputError, match=r"row 1: km is .*; allowed: a text, a finite number"):
+            table.parquet(file=["a"], km=[cell])
+    with pytest.raises(InputError, match="row 1: km is 18446744073709551615"):
+        table.parquet(file=["a"], km=pyarrow.array([2**64 - 1], pyarrow.uint64()))
 
 
 @pytest.mark.parametrize(

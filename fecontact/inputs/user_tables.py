@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,6 +22,7 @@ _PLAIN_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(?:\.[0-9]+)?")
 _PLAIN_COMMA_NUMBER = re.compile(r"-?(?:0|[1-9][0-9]*)(?:,[0-9]+)?")
 # Number of digits that a float keeps.
 _MOST_DIGITS = 15
+_LARGEST_INTEGER = 2**63 - 1
 # Endings of names that are not part of the meaning.
 _UNITS = ("inches", "inch", "percent", "mrad", "mm", "cm", "um", "km", "kn", "kg", "deg", "rad", "in", "m", "n", "t")
 _WORD_ENDINGS = ("", "s", "ed")
@@ -222,7 +224,7 @@ class _CellReader:
         values, metadata = {}, {}
         for (name, description), cell in zip(self.columns, cells, strict=True):
             if description is None:
-                metadata[name] = None if cell == "" else cell
+                metadata[name] = self._read_metadata(cell, name, number)
             elif cell is not None and not (isinstance(cell, str) and not cell.strip()):
                 values[name] = self._read_cell(cell, description, number)
             elif name in self.layout.required:
@@ -231,6 +233,17 @@ class _CellReader:
                     " or remove the row"
                 )
         return UserRow(number=number, values=values, metadata=metadata)
+
+    def _read_metadata(self, cell: Any, name: str, number: int) -> Any:
+        """Value of a cell of a column that is not declared; None for an empty cell and for NaN."""
+        is_list = isinstance(cell, list | dict)
+        is_large = isinstance(cell, int) and abs(cell) > _LARGEST_INTEGER
+        if is_list or is_large or (isinstance(cell, float) and math.isinf(cell)):
+            raise InputError(
+                f"{self.subject}, row {number}: {name} is {str(cell)[:60]}; allowed: a text, a finite number, an"
+                " integer of 64 bits, a truth value, a date or a time; change or remove the column"
+            )
+        return None if cell == "" or (isinstance(cell, float) and math.isnan(cell)) else cell
 
     def _read_cell(self, cell: Any, description: Input, number: int) -> Any:
         """Value of a cell by the description of its column."""
@@ -306,8 +319,8 @@ def convert_plain_numbers(values: Sequence[Any]) -> list[Any]:
     Returns
     -------
     list
-        Numbers, if there are only numbers and such texts. Texts, if there is any other text. Values without a text are
-        not changed.
+        Numbers, if there are only numbers and such texts. Values of any other single type are not changed. Values of
+        several types are texts.
 
     Examples
     --------
@@ -315,13 +328,12 @@ def convert_plain_numbers(values: Sequence[Any]) -> list[Any]:
     >>> convert_plain_numbers(["12", "0.50", None]), convert_plain_numbers(["12", "007"])
     ([12, 0.5, None], ['12', '007'])
     """
+    types = {type(value) for value in values if value is not None}
     texts = [value for value in values if isinstance(value, str)]
-    if not texts:
-        return list(values)
-    other_values = [value for value in values if value is not None and not isinstance(value, str)]
-    are_numbers = all(isinstance(value, int | float) and not isinstance(value, bool) for value in other_values)
-    if are_numbers and all(map(_is_plain_number, texts)):
+    if types <= {int, float, str} and all(map(_is_plain_number, texts)):
         return [_to_number(value) if isinstance(value, str) else value for value in values]
+    if len(types) <= 1:
+        return list(values)
     return [None if value is None else str(value) for value in values]
 
 

@@ -1,4 +1,4 @@
-"""Tables of wheels, rails, pairs and positions: inputs, columns of the user, paths, and what the command prints."""
+"""Tables of wheels, rails, pairs and positions: inputs, columns of the user, paths and messages."""
 
 import os
 from pathlib import Path
@@ -39,8 +39,8 @@ values = [60]
 """
 
 
-def write_fleet_file(folder, *, wheels="wheels.csv", rails="60E1", more=""):
-    (folder / "fleet.toml").write_text(FLEET.format(wheels=wheels, rails=rails) + more)
+def write_fleet_file(folder, *, wheels="wheels.csv", rails="60E1", rest=""):
+    (folder / "fleet.toml").write_text(FLEET.format(wheels=wheels, rails=rails) + rest)
     return folder / "fleet.toml"
 
 
@@ -53,7 +53,7 @@ def write_parquet(path, **columns):
 
 
 def refusal(path):
-    """Message of the refusal of a fleet; the command prints it in a single line."""
+    """Message of the refusal of a fleet."""
     with pytest.raises(InputError) as error:
         fecontact.check_fleet(path)
     return str(error.value)
@@ -80,7 +80,7 @@ CLASHING = "wear_mm,status,noise_um,nominal,reason,filter_mm,remedy,content_hash
 
 @pytest.fixture
 def run_without_contacts(monkeypatch):
-    """Run of a fleet with the files read, and one stored row for each position instead of contacts."""
+    """Run of a fleet that reads its files, with a stored row for each position."""
 
     def make_rows(self):
         row = {"verdict": "HOLDS", "margin": 3.0, "lines": 1.0}
@@ -186,7 +186,7 @@ def test_a_value_or_name_that_cannot_be_is_refused(tmp_path, ending, body, colum
 def test_options_of_reading_of_a_row_replace_those_of_the_fleet(tmp_path, run_without_contacts):
     columns = "file,name,mirror,units,columns,tape_circle_mm,repair\n"
     write_csv(tmp_path / "wheels.csv", f'{columns}S1002,a,no,cm,"2,3",70,yes\nS1002,b,,,,,\n')
-    path = write_fleet_file(tmp_path, more='[case.wheel_file]\nmirror = true\nunits = "mm"\n')
+    path = write_fleet_file(tmp_path, rest='[case.wheel_file]\nmirror = true\nunits = "mm"\n')
     fleet = read_fleet(path)
     first, second = (select_reading(fleet, candidate) for candidate in find_candidates(fleet, "wheel"))
     assert (first.mirror, first.units, first.columns, first.tape_circle_mm, first.repair) == (
@@ -250,18 +250,18 @@ def test_a_path_that_is_not_utf_8_is_refused_and_the_others_are_read(tmp_path, r
 def test_names_of_pairs_are_the_texts_of_the_tables(tmp_path):
     write_csv(tmp_path / "wheels.csv", "file,name\nS1002,007\nEN13715_1in40,7\n")
     write_csv(tmp_path / "pairs.csv", "wheel;rail;weight;note\n007;60E1;1,5;a\n7;60E1;0,5;b\n")
-    fleet = read_fleet(write_fleet_file(tmp_path, more='[pairs]\ntable = "pairs.csv"\n'))
+    fleet = read_fleet(write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.csv"\n'))
     names = {"wheel 007", "wheel 7", "rail 60E1"}
     weights = {"007": 1.0, "7": 1.0}
     expected = {("007", "60E1"): 0.75, ("7", "60E1"): 0.25}
     assert weigh_candidate_pairs(fleet, weights, {"60E1": 1.0}, names) == expected
     write_parquet(tmp_path / "pairs.parquet", wheel=["007", "7"], rail=["60E1"] * 2, weight=[3, 1])
-    fleet = read_fleet(write_fleet_file(tmp_path, more='[pairs]\ntable = "pairs.parquet"\n'))
+    fleet = read_fleet(write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.parquet"\n'))
     assert weigh_candidate_pairs(fleet, weights, {"60E1": 1.0}, names) == expected
     write_parquet(tmp_path / "pairs.parquet", wheel=[7, 7], rail=["60E1"] * 2)
     assert "row 1: wheel is 7; allowed: a text" in refusal(tmp_path / "fleet.toml")
     write_csv(tmp_path / "pairs.csv", "wheel,rail\n007,60E1\n07,60E1\n")
-    path = write_fleet_file(tmp_path, more='[pairs]\ntable = "pairs.csv"\n')
+    path = write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.csv"\n')
     assert "row 2: there is no wheel 07" in refusal(path)
 
 
@@ -308,6 +308,13 @@ def test_a_defect_of_a_table_is_one_line_of_the_command(tmp_path, capsys, conten
         (line,) = captured.err.splitlines()
         assert message in line
         assert "wheels.csv" in line
+
+
+def test_a_name_that_a_row_repeats_is_refused(tmp_path):
+    write_csv(tmp_path / "wheels.csv", "file,name\nS1002,a\nEN13715_1in40,\nCONE40,a\n")
+    assert "wheels.csv, row 3: name is 'a', as in row 1; allowed: a different name" in refusal(
+        write_fleet_file(tmp_path)
+    )
 
 
 def test_utf_16_tables_of_spreadsheets_are_read(tmp_path):

@@ -164,7 +164,13 @@ def _is_table(path: Path) -> bool:
 
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
     """Profiles of the rows of a table, with the values of further columns."""
+    rows_by_name: dict[str, int] = {}
     for row in read_user_table(path, make_profile_layout(body)):
+        if (name := row.values.get("name")) and rows_by_name.setdefault(name, row.number) != row.number:
+            raise InputError(
+                f"table {path}, row {row.number}: name is {name!r}, as in row {rows_by_name[name]}; allowed: a"
+                " different name in each row; correct the cell, or leave it empty for the name of the file"
+            )
         file_text = row.values["file"]
         file = path.parent / file_text
         spec = file_text if is_library_name(file_text) and not file.exists() else str(file.absolute())
