@@ -2,8 +2,8 @@
 
 `python tests/crash_fleets.py [--kills N] [--sample] [--seed S]` (`make crash`) screens a small fleet and reports it;
 with `--sample` it also solves a sample by finite elements. Then it repeats each command in a new folder, kills its main
-process, a worker or all of them (SIGKILL), and runs the command again. The tables must have the bytes of the run without
-a kill; no temporary file and no process may be left.
+process, a worker or all of them (SIGKILL), and runs the command again. The tables must have the bytes of the run
+without a kill; no temporary file and no process may be left.
 """
 
 import argparse
@@ -18,11 +18,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import psutil
-from small_fleet import write_small_fleet
+from fuzz_fleets import write_fleet
 
 ROOT = Path(__file__).parents[1]
 LONGEST_S = 240.0
 WHOM = ("main", "worker", "all")
+COARSE = 'resolution = "quick"\nrefine = "never"\n'
 # the report has the time of its making, and pictures have no result that a table lacks
 TABLES = ("*.parquet", "answer.csv", "study.csv")
 
@@ -79,36 +80,41 @@ def wait_for_end(session: int) -> list[str]:
     return [" ".join(process.cmdline())[:80] for process in living]
 
 
-def try_kill(words: list[str], before: Path, expected: Path, duration_s: float, seed: str) -> tuple[str, str]:
-    """Kill a command and run it again; returns what was done and what is wrong, which is empty if nothing is."""
+def try_kill(
+    words: list[str], before: Path, after: Path, folder: Path, duration_s: float, seed: str
+) -> tuple[str, str]:
+    """Kill a command and run it again; returns what was done and what is wrong, which is empty if nothing is.
+
+    `before` and `after` are copies of `folder` without a kill; the tables have the paths of the profiles in `folder`.
+    """
     rng = random.Random(seed)
     whom, delay_s = rng.choice(WHOM), rng.uniform(0.05, 1.0) * duration_s
     what = f"seed {seed}: {whom} killed after {delay_s:.1f} of {duration_s:.1f} s"
-    with TemporaryDirectory() as temporary:
-        folder = shutil.copytree(before, Path(temporary) / "work")
-        process = start(words, folder)
-        time.sleep(delay_s)
-        kill(process, whom, rng)
-        try:
-            code = process.wait(timeout=LONGEST_S)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            return what, f"hangs for {LONGEST_S:g} s after the kill"
-        if living := wait_for_end(process.pid):
-            os.killpg(process.pid, signal.SIGKILL)
-            return what, f"leaves processes: {living}"
-        again = start(words, folder)
-        try:
-            if (second := again.wait(timeout=LONGEST_S)) not in (0, 3):
-                return what, f"exit code {second} of the second run: {(folder / 'said.txt').read_text()[-300:]!r}"
-        except subprocess.TimeoutExpired:
-            os.killpg(again.pid, signal.SIGKILL)
-            return what, "the second run hangs"
-        if read_tables(folder / "out") != read_tables(expected / "out"):
-            return what, "different tables"
-        if leftovers := find_leftovers(folder / "out"):
-            return what, f"leaves {leftovers[:3]}"
-        return f"{what}, exit code {code}", ""
+    shutil.rmtree(folder)
+    shutil.copytree(before, folder)
+    process = start(words, folder)
+    time.sleep(delay_s)
+    kill(process, whom, rng)
+    try:
+        code = process.wait(timeout=LONGEST_S)
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        return what, f"hangs for {LONGEST_S:g} s after the kill"
+    if living := wait_for_end(process.pid):
+        os.killpg(process.pid, signal.SIGKILL)
+        return what, f"leaves processes: {living}"
+    again = start(words, folder)
+    try:
+        if (second := again.wait(timeout=LONGEST_S)) not in (0, 3):
+            return what, f"exit code {second} of the second run: {(folder / 'said.txt').read_text()[-300:]!r}"
+    except subprocess.TimeoutExpired:
+        os.killpg(again.pid, signal.SIGKILL)
+        return what, "the second run hangs"
+    if read_tables(folder / "out") != read_tables(after / "out"):
+        return what, "different tables"
+    if leftovers := find_leftovers(folder / "out"):
+        return what, f"leaves {leftovers[:3]}"
+    return f"{what}, exit code {code}", ""
 
 
 def crash(kills: int, seed: int, *, with_sample: bool = False) -> tuple[int, list[str]]:
@@ -120,19 +126,21 @@ def crash(kills: int, seed: int, *, with_sample: bool = False) -> tuple[int, lis
     }
     wrong, done = [], 0
     with TemporaryDirectory() as temporary:
-        stages = [Path(temporary) / "0"]
-        stages[0].mkdir()
-        write_small_fleet(stages[0] / "trial", quick=True)
-        durations = []
+        work = Path(temporary) / "work"
+        path = write_fleet(work / "trial")
+        path.write_text(path.read_text("utf-8") + COARSE, "utf-8")
+        stages, durations = [shutil.copytree(work, Path(temporary) / "0")], []
         for number, words in enumerate(commands.values(), start=1):
-            stages.append(shutil.copytree(stages[-1], Path(temporary) / str(number)))
             begin = time.monotonic()
-            assert start(words, stages[-1]).wait(timeout=LONGEST_S) in (0, 3), (stages[-1] / "said.txt").read_text()
+            assert start(words, work).wait(timeout=LONGEST_S) in (0, 3), (work / "said.txt").read_text()
             durations.append(time.monotonic() - begin)
+            stages.append(shutil.copytree(work, Path(temporary) / str(number)))
         for number in range(kills):
             stage = number % len(commands)
             name, words = list(commands.items())[stage]
-            what, problem = try_kill(words, stages[stage], stages[stage + 1], durations[stage], f"{seed}.{number}")
+            what, problem = try_kill(
+                words, stages[stage], stages[stage + 1], work, durations[stage], f"{seed}.{number}"
+            )
             done += 1
             print(f"fleet {name}, {what}{': ' * bool(problem)}{problem}", flush=True)
             if problem:

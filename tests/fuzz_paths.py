@@ -2,8 +2,8 @@
 
 `python tests/fuzz_paths.py [--seed S] [--solve]` (part of `make fuzz`) gives each command files and folders with
 hostile names. Then it puts a link, a pipe, a folder, a device or an unreadable file at each path that the command wrote
-in a first run, and at each of its inputs. Each ends with a result or a refusal in one line, within 60 s, and files of others
-keep their bytes. It prints how many were tried, used, refused and bad.
+in a first run, and at each of its inputs. Each ends with a result or a refusal in one line, within 60 s, and files of
+others keep their bytes. It prints how many were tried, used, refused and bad.
 """
 
 import argparse
