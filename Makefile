@@ -22,7 +22,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help setup demo study test test-slow test-all dist fresh-check regress validate fuzz mutants paraview-check docs lint lock clean
+.PHONY: help setup demo study test test-slow test-all dist fresh-check regress validate fuzz crash mutants paraview-check docs lint lock clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*## ' Makefile | sed -E 's/^([a-z-]+):.*## (.*)$$/\1|\2/' | awk -F'|' '{printf "  make %-15s %s\n", $$1, $$2}'
@@ -106,11 +106,17 @@ FUZZ_COUNT ?= 20000
 FUZZ_SEED ?= 1
 # A folder of results that is damaged too, such as that of `make study`.
 FUZZ_RESULTS ?= $(wildcard out/first_light)
-fuzz: setup ## mutate profile files of every format, study files, results and command lines; what is not clearly refused or read stays in fuzz_failures/; an hour
+fuzz: setup ## mutate profile files of every format, study files, results, fleets, command lines and paths; what is not clearly refused or read stays in fuzz_failures/; three hours
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/command_matrix.py --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_fleets.py --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_paths.py --solve --seed $(FUZZ_SEED)
+
+crash: setup ## kill fleet commands at random times and run them again: equal tables, nothing left; half an hour
+	OMP_NUM_THREADS=1 MKL_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" \
+	  $(BIN)/python tests/crash_fleets.py --sample --seed $(FUZZ_SEED)
 
 mutants: setup ## change one operator, constant or sign of the physics at a time and see whether a test notices; two hours
 	PYTHONPATH="$(CURDIR)" $(BIN)/python tests/mutants.py

@@ -124,21 +124,27 @@ class Ended:
     cpu_s: float
 
 
-def run(line: list[str], *, slowest_s: float = SLOWEST_S) -> Ended:
-    """Run a command line in this process."""
+def run(line: list[str], *, slowest_s: float = SLOWEST_S, longest_s: float = 0.0) -> Ended:
+    """Run a command line in this process.
+
+    Limits are `slowest_s` of CPU time, and `longest_s` on the clock if it is not zero.
+    """
     out, err = io.StringIO(), io.StringIO()
     signal.signal(signal.SIGVTALRM, _stop)
+    signal.signal(signal.SIGALRM, _stop)
     signal.setitimer(signal.ITIMER_VIRTUAL, slowest_s)
+    signal.setitimer(signal.ITIMER_REAL, longest_s)
     start, code, raised = time.process_time(), None, ""
     try:
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
             code = call(line)
     except TooLong:
-        raised = f"took more than {slowest_s:g} CPU s"
+        raised = f"took more than {slowest_s:g} CPU s" + (f", or {longest_s:g} s" if longest_s else "")
     except (Exception, SystemExit) as error:
         raised = f"{type(error).__name__}: {str(error)[:200]}"
     finally:
         signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
     cpu_s = time.process_time() - start
     return Ended(code=code, raised=raised, out=out.getvalue(), err=err.getvalue(), cpu_s=cpu_s)
 

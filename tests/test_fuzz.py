@@ -4,6 +4,8 @@ import random
 
 import pytest
 from fuzz_commands import fuzz_commands
+from fuzz_fleets import fuzz_inputs
+from fuzz_paths import COMMANDS, fuzz_names, fuzz_paths
 from fuzz_profiles import FORMATS, HOSTILE, fuzz, kind_of, mutated, originals
 
 from fecontact.errors import InputError
@@ -26,6 +28,23 @@ def test_command_lines_at_random_end_with_an_exit_code():
     # both happen, so that the test sees both
     assert endings["exit code 2"] > 10
     assert endings["exit code 0"] > 3
+
+
+def test_damaged_fleets_are_refused_or_used():
+    tally = fuzz_inputs(12, seed=2, screen_every=6)
+    assert tally.bad == []
+    # both happen, so that the test sees both
+    assert tally.endings["refused"] > 2
+    assert tally.endings["used"] > 2
+
+
+@pytest.mark.parametrize("command", ["place", "init", "check", "compare"])
+def test_hostile_things_at_the_paths_of_a_command_are_refused_or_stay(command):
+    commands = {command: COMMANDS[command]}
+    for fuzz_command, most in ((fuzz_paths, 6), (fuzz_names, 4)):
+        tally = fuzz_command(commands, 3, most=most)[command]
+        assert tally.bad == []
+        assert tally.tried == most
 
 
 @pytest.mark.parametrize("ending", FORMATS)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import os
+import re
 import socket
 import time
 from collections.abc import Iterator
@@ -34,6 +35,8 @@ _RETRIES = 2
 _PAUSE_S = 1.0
 _TOPIC = "fecontact"
 _LOGGERS_TO_SILENCE = ("distributed", "tornado", "asyncio", "concurrent")
+# host names have labels of at most 63 characters; an IPv6 address is in brackets
+_ADDRESS = re.compile(r"((tcp|tls)://)?(\[[0-9a-fA-F:.]+\]|[\w-]{1,63}(\.[\w-]{1,63})*):(?P<port>[0-9]{1,5})")
 _LOG = logging.getLogger(__name__)
 
 
@@ -134,19 +137,22 @@ def _connect(address: str) -> Iterator[Any]:
     Raises
     ------
     InputError
-        If the package distributed is missing, or the scheduler does not answer within `_CONNECT_S`.
+        If the package distributed is missing, an encrypted connection lacks its certificates, or the scheduler does not
+        answer within `_CONNECT_S`.
     """
     try:
         # distributed is typed only in part
         distributed: Any = import_module("distributed")
     except ImportError as error:
         raise InputError("--scheduler needs the package distributed; install it: pip install distributed") from error
+    security = _read_certificates(distributed, address)
     try:
-        client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False)
+        with _silence_loggers():
+            client = distributed.Client(address, timeout=_CONNECT_S, set_as_default=False, security=security)
     except (OSError, ValueError) as error:
         raise InputError(
-            f"scheduler {address}: not reachable within {_CONNECT_S} s ({error}); start a scheduler with `dask"
-            " scheduler`, and give the address that it prints"
+            f"scheduler {address}: not reachable within {_CONNECT_S} s ({str(error) or type(error).__name__}); start a"
+            " scheduler with `dask scheduler --host 127.0.0.1`, and give the address that it prints"
         ) from error
     try:
         with _silence_loggers():
@@ -155,6 +161,47 @@ def _connect(address: str) -> Iterator[Any]:
         # closing fails if the scheduler is gone
         with _silence_loggers(), contextlib.suppress(Exception):
             client.close()
+
+
+def _read_certificates(distributed: Any, address: str) -> Any:
+    """Check an address, and read the certificates of the client from the configuration of Dask.
+
+    A client of Dask that refuses an address, or lacks a certificate, is not closed by Dask: it holds the program for
+    20 s and ends with a traceback. So both are checked before a client is made.
+
+    Raises
+    ------
+    InputError
+        If the address has another form, if a certificate or key cannot be read, if an encrypted address has no
+        certificates, or if the configuration requires encryption and the address is not encrypted.
+    """
+    match = _ADDRESS.fullmatch(address)
+    if match is None or not 0 < int(match["port"]) < 65536:
+        raise InputError(
+            f"scheduler is {address!r:.200}; allowed: tcp://HOST:PORT or tls://HOST:PORT; give the address that `dask"
+            " scheduler` prints"
+        )
+    try:
+        security = distributed.Security()
+        context = security.get_connection_args("client").get("ssl_context")
+    # ssl.SSLError is an OSError
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"scheduler {address}: the certificate or key of the client cannot be read ({error}); set the variables"
+            " DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ..CLIENT__CERT and ..CLIENT__KEY to PEM files"
+        ) from error
+    if address.startswith("tls:") and context is None:
+        raise InputError(
+            f"scheduler {address}: no certificate for an encrypted connection; set the variables"
+            " DASK_DISTRIBUTED__COMM__TLS__CA_FILE, ..CLIENT__CERT and ..CLIENT__KEY to PEM files, see `fecontact guide"
+            " trust`"
+        )
+    if security.require_encryption and not address.startswith("tls:"):
+        raise InputError(
+            f"scheduler {address}: not encrypted, but the configuration of Dask requires encryption; give an address"
+            " that starts with tls://"
+        )
+    return security
 
 
 @contextmanager
