@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import choice_field, number_field
 from fecontact.inputs.slots import input_dataclass
-from fecontact.inputs.table_files import decode_text
 from fecontact.inputs.texts import suggest_name
 
 if TYPE_CHECKING:
@@ -463,6 +462,9 @@ def _read_rows(path: Path) -> list[list[str]]:
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read ({error}); give a text file with two columns") from None
+    # the command line imports this module at its start
+    from fecontact.inputs.table_files import decode_text
+
     text = decode_text(content, str(path))
     rows = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
     if not rows:
