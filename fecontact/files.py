@@ -222,7 +222,7 @@ def open_regular_file(path: Path) -> BufferedReader:
 
 
 def check_regular_file(path: Path, *, link_allowed: bool = True) -> None:
-    """Refuse a path with a folder, a pipe or a device in the place of a file.
+    """Refuse a folder, a pipe or a device in the place of a file.
 
     Parameters
     ----------
@@ -378,8 +378,8 @@ def read_toml_text(text: str, source: str) -> dict[str, Any]:
         # A quote may belong to a text of several lines, so that the quoted parts are counted both ways.
         dots = max(
             piece.count(".")
-            for counted in (line, _TOML_QUOTED.sub("", line))
-            for piece in _TOML_SEPARATORS.split(counted)
+            for text_of_line in (line, _TOML_QUOTED.sub("", line))
+            for piece in _TOML_SEPARATORS.split(text_of_line)
         )
         if len(line) > _LONGEST_TOML_LINE or (dots > _MOST_TOML_DOTS and not line.lstrip().startswith("#")):
             raise InputError(

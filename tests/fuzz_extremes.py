@@ -39,7 +39,7 @@ _GROUPS = ("position", "load", "wheelset", "standing", "material", "yield", "mes
 
 
 def ends(number: Number) -> list[float]:
-    """Values at the ends of the allowed range and of the usual range, in the unit inside the program."""
+    """Values at the ends of the allowed range and of the usual range."""
     usual = [bound for bound in number.usual if math.isfinite(bound)]
     if not math.isfinite(number.high):
         # a factor of the usual values as well, because most of the whole range is refused
@@ -65,19 +65,22 @@ def option(place: InputPlace, rng: random.Random) -> str:
 
 
 def numbers_of(command: str) -> list[InputPlace]:
-    """Numbers that a command takes; those of the criteria are a fifth, because they leave the solution as it is."""
+    """Numbers that a command takes.
+
+    Numbers of the criteria are drawn less often, because they do not change the solution.
+    """
     names = {name for name, _ in options(command)}
-    taken = [place for place in NUMBERS if {*place.names} <= names]
-    judged = [place for place in taken if (place.input.group or place.group) in ("verdict", "creep")]
-    return [*judged, *(4 * [place for place in taken if place not in judged])]
+    offered = [place for place in NUMBERS if {*place.names} <= names]
+    criteria = [place for place in offered if (place.input.group or place.group) in ("verdict", "creep")]
+    return [*criteria, *(4 * [place for place in offered if place not in criteria])]
 
 
 def extreme_case(rng: random.Random, command: str) -> list[str]:
-    """A command line with one to three inputs at the ends of their ranges."""
+    """A command line with up to three inputs at the ends of ranges."""
     rail, wheel, inclination = rng.choice(PAIRS)
     places = rng.sample(numbers_of(command), rng.choice((1, 1, 2, 3)))
-    drawn = dict(option(place, rng).split("=") for place in places)
-    chosen = {"--rail": rail, "--wheel": wheel, "--inclination": inclination, **drawn}
+    extremes = dict(option(place, rng).split("=") for place in places)
+    chosen = {"--rail": rail, "--wheel": wheel, "--inclination": inclination, **extremes}
     if rng.random() < 0.3:
         chosen["--roll"] = rng.choice(("given", "touching", "loaded"))
     if rng.random() < 0.2:
@@ -112,9 +115,9 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=60)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--command", choices=("solve", "hertz", "place"), default="solve")
-    asked = parser.parse_args()
+    arguments = parser.parse_args()
     os.environ.setdefault("COLUMNS", "200")
-    endings, failures = fuzz_extremes(asked.count, asked.seed, asked.command)
+    endings, failures = fuzz_extremes(arguments.count, arguments.seed, arguments.command)
     for text, times in endings.most_common():
         print(f"{times:6} {text}")
     for text in failures:

@@ -1,4 +1,4 @@
-"""Pipes, devices and folders in the place of a file are refused in a line, and no command waits for them."""
+"""Pipes, devices and folders in the place of a file are refused."""
 
 import os
 import subprocess
@@ -69,7 +69,7 @@ def test_no_command_waits_for_a_pipe_or_a_device(places, monkeypatch, capsys, co
 
 
 def test_a_command_that_reads_a_pipe_ends_without_its_writer(places):
-    """The same in a process of its own, which a pipe that is opened would stop where no test can see it."""
+    """A separate process ends too, because no pipe is opened."""
     words = [sys.executable, "-m", "fecontact", "compare", "good.csv", "good.csv", "--tolerance", "pipe"]
     ended = subprocess.run(words, cwd=places, capture_output=True, text=True, timeout=60, check=False)
     assert (ended.returncode, ended.stdout) == (2, "")
