@@ -6,11 +6,14 @@ The sizes of the bodies that are cut out of rail and wheel are here too.
 from __future__ import annotations
 
 from dataclasses import MISSING, dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from fecontact.errors import InputError, check_positive
 from fecontact.inputs.kinds import number_field
 from fecontact.inputs.slots import input_dataclass, list_descriptions
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
 
 # Of `STEEL`, and of the remedy for a modulus out of range.
 _STEEL_YOUNG_MPA = 210_000.0
@@ -242,6 +245,9 @@ class BodySize:
         remedy=_CUT_REMEDY,
     )
 
+    def __post_init__(self) -> None:
+        _check_dimensions(self, _LARGEST_BODY_MM)
+
     def at_radius(self, rolling_radius_mm: float) -> BodySize:
         """Cuts for a wheel with a given rolling radius.
 
@@ -279,6 +285,26 @@ class BodySize:
         return replace(self, rim_thickness_mm=rim, half_length_mm=length)
 
 
+# Beyond these dimensions positions lose the digits that a gap of a nanometre needs, and bodies need too many elements.
+_LARGEST_TRACK_MM, _LARGEST_BODY_MM = 1e5, 1e4
+
+
+def _check_dimensions(instance: DataclassInstance, largest_mm: float) -> None:
+    """Refuse dimensions (mm) beyond a limit.
+
+    Raises
+    ------
+    InputError
+        If a dimension is above `largest_mm`.
+    """
+    for name, description in list_descriptions(type(instance)).items():
+        value = getattr(instance, name)
+        if value is not None and value > largest_mm:
+            raise InputError(
+                f"{description.label} is {value:g} mm; allowed: at most {largest_mm:g} mm; {description.remedy}"
+            )
+
+
 def _dimension_field(default_mm: float, help: str) -> Any:
     """Describe a dimension of the track, with its default as the usual value."""
     return number_field(default_mm, help, remedy=f"usually {default_mm:g} mm")
@@ -308,6 +334,9 @@ class Track:
         label="rail crown",
         remedy="leave it out (None) to place the rail by the gauge",
     )
+
+    def __post_init__(self) -> None:
+        _check_dimensions(self, _LARGEST_TRACK_MM)
 
     @property
     def tape_circle_y_mm(self) -> float:

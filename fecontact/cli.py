@@ -25,6 +25,7 @@ from cyclopts import (
 from fecontact import __version__, feature_registry
 from fecontact.commands import looking, mapping, results, solving, start
 from fecontact.console.help_pages import find_help_page
+from fecontact.console.streams import escaping_output
 from fecontact.errors import FecontactError, InputError, shorten_words
 from fecontact.inputs.texts import explain_former_name
 from fecontact.process import collect_rarely
@@ -191,8 +192,13 @@ def call(arguments: Sequence[str] | None = None) -> int:
         # a terminal without a character shows a question mark in its place
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
+    with escaping_output():
+        return _run(sys.argv[1:] if arguments is None else arguments)
+
+
+def _run(words: Sequence[str]) -> int:
+    """Run a command; returns its exit code."""
     try:
-        words: Sequence[str] = sys.argv[1:] if arguments is None else arguments
         if "\0" in "".join(words):
             # no shell can give a NUL character, and no file name can have it
             raise InputError("a word of the command has a NUL character; allowed: all other characters; leave it out")

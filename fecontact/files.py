@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import io
 import json
 import math
 import os
@@ -23,6 +24,8 @@ from fecontact.errors import InputError
 # 200 lines of keys with 500 parts, and minutes for 100,000 parts.
 _MOST_TOML_CHARACTERS, _LONGEST_TOML_LINE, _MOST_TOML_DOTS = 1_000_000, 10_000, 100
 _TOML_SEPARATORS = re.compile(r"[,={}\[\]]")
+# A text in quotes on a single line. Separators in it do not end a key.
+_TOML_QUOTED = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'')
 SEAL_KEY, _SEALED_CONTENT = "sha256", "all but sha256"
 FORMULA_PREFIXES = ("=", "+", "-", "@", "\t", "\r", "'")
 """First characters of texts that spreadsheets would evaluate. In a CSV such a text gets an apostrophe before it, which
@@ -52,10 +55,11 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
     Raises
     ------
     OSError
-        If the writer wrote no file or the disk refused it. The error has the name of the file. Other errors of the
-        writer pass through.
+        If the writer wrote no file, the disk refused it, or a folder, a pipe or a device is at the path. The error has
+        the name of the file. Other errors of the writer pass through.
     """
     path = Path(path)
+    check_regular_file(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     # The ending is kept because writers choose their format by it.
     temporary = path.with_name(f".{path.stem}.{secrets.token_hex(6)}{path.suffix}")
@@ -230,9 +234,30 @@ def open_regular_file(path: Path) -> BufferedReader:
         If the path is not a regular file, or cannot be read.
     """
     # The check precedes the opening because opening a pipe would wait for its writer.
-    if path.exists() and not path.is_file():
-        raise OSError(errno.EINVAL, "not a regular file", str(path))
+    check_regular_file(path)
     return path.open("rb")
+
+
+def check_regular_file(path: Path, *, link_allowed: bool = True) -> None:
+    """Refuse a folder, a pipe or a device in the place of a file.
+
+    Parameters
+    ----------
+    path
+        Path of a file that is read or written; it may be absent.
+    link_allowed
+        Whether the path may be a symbolic link to a file.
+
+    Raises
+    ------
+    OSError
+        If something different from a file is at the path. The error has its kind and the path.
+    """
+    if path.is_symlink() and not link_allowed:
+        raise OSError(errno.EINVAL, "a symbolic link instead of a file", str(path))
+    if path.exists() and not path.is_file():
+        kind = "a folder" if path.is_dir() else "a pipe or a device"
+        raise OSError(errno.EINVAL, f"{kind} instead of a file", str(path))
 
 
 def read_json(path: str | Path) -> Any:
@@ -303,6 +328,42 @@ def _to_plain(value: object) -> Any:
     return str(value) if isinstance(value, Path) else value
 
 
+def read_toml(path: Path, source: str) -> dict[str, Any]:
+    """Content of a TOML file from an untrusted source.
+
+    Parameters
+    ----------
+    path
+        File in UTF-8.
+    source
+        Name of the file in messages, for example `study FILE`.
+
+    Returns
+    -------
+    dict
+        Content.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not a regular file, is not TOML, or is too large for the parser.
+    """
+    try:
+        with io.TextIOWrapper(open_regular_file(path), "utf-8") as file:
+            # A character has at most 4 bytes. The size is checked before the content is read into memory.
+            if (size := os.fstat(file.fileno()).st_size) > 4 * _MOST_TOML_CHARACTERS:
+                raise InputError(
+                    f"{source} has {size} bytes; allowed: at most {4 * _MOST_TOML_CHARACTERS}; divide it into several"
+                    " files"
+                )
+            text = file.read()
+    except OSError as error:
+        raise InputError(f"{source} cannot be read: {error.strerror or error}; check the path") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{source} is not UTF-8 ({error}); save it as UTF-8") from None
+    return read_toml_text(text, source)
+
+
 def read_toml_text(text: str, source: str) -> dict[str, Any]:
     """Content of a TOML text from an untrusted source.
 
@@ -329,8 +390,14 @@ def read_toml_text(text: str, source: str) -> dict[str, Any]:
             f"{source} has {len(text)} characters; allowed: at most {_MOST_TOML_CHARACTERS}; divide it into several"
             " files"
         )
-    for number, line in enumerate(text.splitlines(), start=1):
-        dots = max(piece.count(".") for piece in _TOML_SEPARATORS.split(line))
+    # Only a newline ends a line of TOML: keys in quotes can have other characters at which `splitlines` divides.
+    for number, line in enumerate(text.split("\n"), start=1):
+        # A quote may belong to a text of several lines, so that the quoted parts are counted both ways.
+        dots = max(
+            piece.count(".")
+            for text_of_line in (line, _TOML_QUOTED.sub("", line))
+            for piece in _TOML_SEPARATORS.split(text_of_line)
+        )
         if len(line) > _LONGEST_TOML_LINE or (dots > _MOST_TOML_DOTS and not line.lstrip().startswith("#")):
             raise InputError(
                 f"{source}: line {number} has {len(line)} characters, and up to {dots} dots in a key or value;"
@@ -340,7 +407,7 @@ def read_toml_text(text: str, source: str) -> dict[str, Any]:
     try:
         return tomllib.loads(text)
     except RecursionError:
-        raise InputError(f"{source}: not valid TOML: brackets are nested too deeply") from None
+        raise InputError(f"{source} is not valid TOML: brackets are nested too deeply") from None
     # The parser also raises the ValueError of an integer with thousands of digits.
     except (ValueError, OverflowError) as error:
-        raise InputError(f"{source}: not valid TOML: {str(error)[:200]}") from None
+        raise InputError(f"{source} is not valid TOML: {str(error)[:200]}") from None

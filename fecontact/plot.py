@@ -8,6 +8,7 @@ from fecontact.errors import InputError
 from fecontact.outputs.figures.case import case_inches, draw_case
 from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
 from fecontact.outputs.records.results import lobe_records, result_record
+from fecontact.outputs.style import show_text_literally
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -58,9 +59,11 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     fields = PressureFields.of(result.load)
     if axes is not None:
         draw_pressure(axes, field, fields, lobe_records(result.load))
+        show_text_literally(axes)
         return axes.figure
     figure = _make_figure(*case_inches(fields))
     draw_case(figure, result_record(result), result.placement, fields)
+    show_text_literally(figure)
     return figure
 
 
@@ -101,7 +104,9 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     """
     from fecontact.maps.files import draw_map_by_measure
 
-    return draw_map_by_measure(applicability_map, measure, theory, _make_figure)
+    figure = draw_map_by_measure(applicability_map, measure, theory, _make_figure)
+    show_text_literally(figure)
+    return figure
 
 
 def _make_figure(width: float, height: float) -> Figure:

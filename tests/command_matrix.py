@@ -204,11 +204,11 @@ def line_of(command: str, rng: random.Random) -> list[str]:
     return [command.split()[-1], *words[command]()]
 
 
-def ending(line: list[str]) -> Ended:
+def ending(line: list[str], *, slowest_s: float = SLOWEST_S) -> Ended:
     """How a command line ends, with each warning as an error."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return run(line, slowest_s=SLOWEST_S)
+        return run(line, slowest_s=slowest_s)
 
 
 def message(ended: Ended) -> str:

@@ -747,7 +747,7 @@ def test_effort_that_is_named_is_compared(tmp_path):
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("[kinds.pressure\n", "cannot be read as TOML"),
+        ("[kinds.pressure\n", "is not valid TOML"),
         ("[kinds.pressures]\nrelative = 1e-3\n", "pressure, approach"),
         ("[kinds.text]\nrelative = 1e-3\n", "no such kind"),
         ("[kinds.pressure]\nrelativ = 1e-3\n", "kinds.pressure.relativ"),

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from fecontact import __version__
+from fecontact.inputs.texts import escape_invisible
 
 LOG = logging.getLogger("fecontact")
 LOG.setLevel(logging.INFO)
@@ -44,7 +45,7 @@ def log_command(path: Path) -> Iterator[None]:
     if path.is_symlink() or path.is_fifo():
         raise OSError(errno.EINVAL, "a link or a pipe instead of a file; remove it", str(path))
     handler = _LogFile(path, encoding="utf-8")
-    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)-7s %(message)s"))
+    handler.setFormatter(_LogFormat("%(asctime)s %(levelname)-7s %(message)s"))
     LOG.addHandler(handler)
     LOG.info(f"fecontact {__version__}: {shlex.join(sys.argv)}")
     try:
@@ -57,6 +58,14 @@ def log_command(path: Path) -> Iterator[None]:
         LOG.removeHandler(handler)
         with suppress(OSError):
             handler.close()
+
+
+class _LogFormat(logging.Formatter):
+    """Format of a log file that a terminal can show: without control characters of names."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Entry of the log file."""
+        return escape_invisible(super().format(record))
 
 
 class _LogFile(logging.FileHandler):

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from fecontact.console.log import LOG
+from fecontact.inputs.texts import escape_invisible
 
 if TYPE_CHECKING:
     from fecontact.case import Case
@@ -29,7 +30,7 @@ def print_result(text: str, *, quiet: bool = False) -> None:
     """
     LOG.info(text)
     if not quiet:
-        print(text)
+        print(escape_invisible(text))
 
 
 def announce(*lines: str, quiet: bool = False) -> None:
@@ -45,7 +46,7 @@ def announce(*lines: str, quiet: bool = False) -> None:
     for line in lines:
         LOG.info(line)
         if not quiet:
-            print(line, file=sys.stderr, flush=True)
+            print(escape_invisible(line), file=sys.stderr, flush=True)
 
 
 def write_to_log(text: str, *, warning: bool = False) -> None:
@@ -80,7 +81,7 @@ def print_reasons(title: str, reasons: Mapping[str, str]) -> None:
 
 def _print_problem(text: str) -> None:
     LOG.warning(text)
-    print(text, file=sys.stderr)
+    print(escape_invisible(text), file=sys.stderr)
 
 
 def print_notes(notes: Iterable[str]) -> None:

@@ -15,6 +15,7 @@ from functools import partial
 
 from fecontact.console.log import LOG
 from fecontact.console.messages import announce
+from fecontact.inputs.texts import escape_invisible
 from fecontact.jobs.remaining import Progress, format_duration
 
 # Seconds between two lines of progress without a terminal. This is less than the 10 s of a position by finite elements,
@@ -173,6 +174,6 @@ def _open_progress_line(*, quiet: bool = False) -> Iterator[Callable[[str, str],
 
         def update(text: str, key: str) -> None:
             plain(text, key)
-            display.update(task, description=text)
+            display.update(task, description=escape_invisible(text))
 
         yield update

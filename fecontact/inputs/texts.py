@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Real
@@ -199,3 +200,43 @@ FORMER_NAMES = {
 def count_text(number: int, noun: str) -> str:
     """Number with its noun, in the plural with an s unless the number is 1."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+# Characters that are drawn or that separate words and lines. All others move the cursor, change the terminal or the
+# direction of the text, or are half a character.
+_ALLOWED_INVISIBLE = "\n\t"
+
+
+def escape_invisible(text: str) -> str:
+    """Replace characters that a terminal would execute by escapes such as \\x1b.
+
+    Newlines and tabs stay. Escapes above ASCII have four or eight digits, so that JSON with them is still JSON.
+
+    Parameters
+    ----------
+    text
+        Text, for example with the name of a file or a note of a file in it.
+
+    Returns
+    -------
+    str
+        Text without control characters, marks of direction and halves of characters.
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import escape_invisible
+    >>> print(escape_invisible("a\x1b[31m"))
+    a\x1b[31m
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        character
+        if character.isprintable() or character in _ALLOWED_INVISIBLE or unicodedata.category(character) == "Zs"
+        else f"\\x{ord(character):02x}"
+        if character < "\x7f"
+        else f"\\u{ord(character):04x}"
+        if character <= "\uffff"
+        else f"\\U{ord(character):08x}"
+        for character in text
+    )

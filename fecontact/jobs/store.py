@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fecontact.errors import InputError
-from fecontact.files import hash_file, read_json, write_json
+from fecontact.files import check_regular_file, hash_file, read_json, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
@@ -402,12 +402,13 @@ def _lock_file(path: Path, holder: str, *, shared: bool = False) -> Iterator[Non
     Raises
     ------
     InputError
-        If another process holds the file, if the file system has no locks, or if the path is not a regular file: the
-        target of a link would be emptied.
+        If another process holds the file, if the file system has no locks, or if the path is not a regular file.
     """
-    if path.is_symlink() or (path.exists() and not path.is_file()):
-        kind = "a link" if path.is_symlink() else "a folder" if path.is_dir() else "a pipe or a device"
-        raise InputError(f"{path} is {kind} instead of the lock file of a run; remove it, or give a different --out")
+    try:
+        # the text of a file behind a link would be lost, and a pipe has no text
+        check_regular_file(path, link_allowed=False)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}; remove it, or give a different --out") from None
     # not truncated before it is locked: its text names the present holder
     with open(os.open(path, os.O_RDWR | os.O_CREAT, 0o666), "r+", encoding="utf-8") as file:
         try:

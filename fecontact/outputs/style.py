@@ -18,10 +18,12 @@ import numpy as np
 
 from fecontact.errors import InputError
 from fecontact.files import write_atomically
+from fecontact.inputs.texts import escape_invisible
 from fecontact.outputs.parts import Parts, Picture
 
 if TYPE_CHECKING:
     from jinja2 import Template
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
@@ -256,11 +258,42 @@ def render_image(figure: Figure) -> Image:
     return fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
 
 
+def show_text_literally(artist: Artist) -> None:
+    """Draw the texts of a figure or axes without mathematics and control characters.
+
+    A text can have the name of a file or of a column, in which `$` is a letter like others. Numbers of axes stay as
+    their formatters write them.
+
+    Parameters
+    ----------
+    artist
+        Figure or axes whose texts are complete.
+    """
+    from matplotlib.axes import Axes
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedFormatter, FuncFormatter
+
+    numbers: set[Any] = set()
+    for ax in artist.findobj(Axes):
+        for axis in (ax.xaxis, ax.yaxis):
+            # This makes the ticks that matplotlib would make only when it draws, and no texts yet.
+            ticks = [*axis.get_major_ticks(len(axis.get_majorticklocs())), *axis.get_minor_ticks()]
+            if not isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+                numbers |= {axis.get_offset_text(), *(label for tick in ticks for label in (tick.label1, tick.label2))}
+    for text in artist.findobj(Text):
+        if not isinstance(text, Text) or text in numbers:
+            continue
+        text.set_parse_math(False)
+        if (content := escape_invisible(text.get_text())) != text.get_text():
+            text.set_text(content)
+
+
 def _fix_layout(figure: Figure) -> None:
     """Lay out a figure once and fix the layout.
 
     Each run of the layout engine gives other last digits, which would get into an SVG.
     """
+    show_text_literally(figure)
     engine = figure.get_layout_engine()
     if engine is None:
         return
@@ -295,9 +328,11 @@ def render_page(title: str, parts: Parts) -> str:
         Text of the page; it needs no other files.
     """
     style, script = ((_FILES / name).read_text("utf-8") for name in ("style.css", "page.js"))
-    return _page_template().render(
+    page = _page_template().render(
         title=title, parts=list(parts), style=style, script=script, answers=_ANSWERS, picture=_picture_source
     )
+    # XML has no control characters, also not as references
+    return escape_invisible(page)
 
 
 @cache

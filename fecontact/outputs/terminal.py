@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from fecontact.inputs.texts import escape_invisible
+
 if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod
     from rich.table import Table as RichTable
@@ -99,7 +101,7 @@ def _standard_console() -> Console:
 
 def _print_line(console: Console, text: str) -> None:
     # not as markup, since profile names and notes may have brackets
-    console.print(text, markup=False, soft_wrap=not console.is_terminal)
+    console.print(escape_invisible(text), markup=False, soft_wrap=not console.is_terminal)
 
 
 def _print_table(console: Console, table: Table) -> None:
@@ -143,7 +145,7 @@ def _render_table(console: Console, table: Table) -> RichTable:
     from rich.text import Text
 
     rich_table = RichTable(
-        title=Text(table.title) if table.title else None,
+        title=Text(escape_invisible(table.title)) if table.title else None,
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD if console.is_terminal else None,
@@ -153,10 +155,12 @@ def _render_table(console: Console, table: Table) -> RichTable:
     )
     for column in table.columns:
         justify: JustifyMethod = "right" if column.kind == "number" else "left"
-        rich_table.add_column(column.heading, justify=justify, no_wrap=not column.wraps, overflow="fold")
+        rich_table.add_column(
+            Text(escape_invisible(column.heading)), justify=justify, no_wrap=not column.wraps, overflow="fold"
+        )
     for row in table.rows:
         # as text and not as markup, since names of profiles may have brackets
-        rich_table.add_row(*map(Text, row.cells), style=_TONE_STYLES[row.tone])
+        rich_table.add_row(*(Text(escape_invisible(cell)) for cell in row.cells), style=_TONE_STYLES[row.tone])
     return rich_table
 
 

@@ -448,6 +448,9 @@ def select_near_minima_at_shifts(
     places
         Indices (k,) of the points for each shift; empty if no point lies over the rail.
     """
+    if not rail.visible_head[0].size:
+        # so far from the track centre that the positions of its points are equal
+        return [np.empty(0, dtype=np.intp) for _ in shifts_mm]
     _, _, y, z = wheel.silhouette_of(points.select(slice(None, None, _COARSE_STRIDE)))
     places = []
     for shift in shifts_mm:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fecontact.errors import InputError
-from fecontact.files import hash_file
+from fecontact.files import hash_file, open_regular_file
 from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.readers.formats import parse_library_file
 from fecontact.profiles.reading import is_short_form
@@ -411,4 +411,7 @@ def read_content(spec: str) -> tuple[str, bytes] | None:
     if isinstance(spec, ArrayProfile):
         return spec.file, spec.content
     path = profile_file(spec)
-    return None if path is None else (path.name, path.read_bytes())
+    if path is None:
+        return None
+    with open_regular_file(path) as file:
+        return path.name, file.read()

@@ -328,6 +328,8 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
     path = Path(spec)
     if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
         raise InputError(f"{spec!r}: its name has invisible characters, such as a line break; rename the file")
+    if any(unicodedata.category(sign) == "Cs" for sign in path.name):
+        raise InputError(f"{spec!r}: its name is not UTF-8; rename the file")
     content = find_reader(path)(path, kind, reading)
     _check_kind(content, spec, kind)
     return content

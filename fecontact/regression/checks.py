@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from fecontact.inputs.texts import escape_invisible
+
 ReferenceKind = Literal["analytic", "other code", "invariant"]
 
 
@@ -180,7 +182,7 @@ def render_reports(
         "",
         version_text + (f". The last run had only {', '.join(questions)}." if kept_lines else ""),
         *(f"\n{text}" for text in kept_lines if not text.startswith("|")),
-        *(f"\n**No usable result: {text}**" for text in unusable),
+        *(f"\n**No usable result: {_escape_cell(text)}**" for text in unusable),
         "",
         _ERROR_EXPLANATION,
         "",
@@ -208,7 +210,15 @@ def _summary_row(questions: Mapping[str, str], study: str, checks: Sequence[Chec
     )
     largest_ratio = _format_largest(check.deviation_per_uncertainty for check in checks if check.kind == "analytic")
     numbers = f"{len(checks)} | {_count_failed(checks)} | {largest_utilisation} | {largest_ratio}"
-    return f"| [{study}]({PAGES_FOLDER}/{study}.md) | {questions.get(study, '')} | {numbers} |"
+    return f"| [{study}]({PAGES_FOLDER}/{study}.md) | {_escape_cell(questions.get(study, ''))} | {numbers} |"
+
+
+def _escape_cell(text: str) -> str:
+    """Escape a text for a cell of a table in Markdown.
+
+    A bar would end the cell, a newline the row, and `<` would begin HTML.
+    """
+    return escape_invisible(" ".join(text.split())).replace("|", r"\|").replace("<", "&lt;")
 
 
 def _count_failed(checks: Sequence[Check]) -> int:
@@ -224,11 +234,17 @@ def _format_largest(values: Iterable[float | None]) -> str:
 
 def _render_page(study: str, question: str, checks: Sequence[Check]) -> str:
     """Page of a study: a table for each reference."""
-    lines = [f"# Validation: {study}", "", question, "", f"{len(checks)} checks, {_count_failed(checks)} failed."]
+    lines = [
+        f"# Validation: {study}",
+        "",
+        _escape_cell(question),
+        "",
+        f"{len(checks)} checks, {_count_failed(checks)} failed.",
+    ]
     for reference, kind in dict.fromkeys((check.reference, check.kind) for check in checks):
         uncertainty_text = "no uncertainty" if kind == "analytic" else "uncertainty not stated"
         lines += [
-            f"\n## Against {reference} ({kind}; {uncertainty_text})\n",
+            f"\n## Against {_escape_cell(reference)} ({kind}; {uncertainty_text})\n",
             "| quantity | case | reference | result | ± | error E | E / u_val | limit of E | |",
             "|---|---|---|---|---|---|---|---|---|",
             *(_check_row(check) for check in checks if (check.reference, check.kind) == (reference, kind)),
@@ -246,4 +262,4 @@ def _check_row(check: Check) -> str:
         *(f"{check.deviation_percent:+.2f} %", ratio, f"{check.limit_percent:g} %"),
         "pass" if check.passed else "**FAIL**",
     )
-    return f"| {' | '.join(cells)} |"
+    return f"| {' | '.join(map(_escape_cell, cells))} |"

@@ -19,7 +19,7 @@ import pandas
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
-from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json
+from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json, read_toml
 
 TEXT_KIND = "text"
 """Kind of a column that is compared letter by letter."""
@@ -163,14 +163,15 @@ def read_tolerances(path: str | Path) -> Tolerances:
     """
     remedy = "allowed: tables [kinds.NAME] and [columns.NAME] with relative and absolute, finite and >= 0"
     try:
-        tolerance_file = _ToleranceFile.model_validate(tomllib.loads(Path(path).read_text("utf-8")))
+        content = read_toml(Path(path), f"tolerances {path}")
+    except InputError as error:
+        raise InputError(f"{error}; {remedy}") from error
+    try:
+        tolerance_file = _ToleranceFile.model_validate(content)
     except ValidationError as error:
         first = error.errors()[0]
         where = ".".join(map(str, first["loc"]))
         raise InputError(f"tolerances {path}: {where} is {first['input']!r}: {first['msg']}; {remedy}") from error
-    # ValueError is also raised for a file that is not UTF-8 or not TOML.
-    except (OSError, ValueError, RecursionError) as error:
-        raise InputError(f"tolerances {path}: cannot be read as TOML ({error}); {remedy}") from error
     for name in tolerance_file.kinds:
         if name not in TOLERANCES_BY_KIND:
             raise InputError(f"tolerances {path}: kinds.{name}: no such kind; allowed: {', '.join(TOLERANCES_BY_KIND)}")

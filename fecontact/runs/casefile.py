@@ -67,7 +67,8 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     if path.is_dir():
         raise InputError(f"study {path}: {_describe_folder(path)}")
     if not path.is_file():
-        raise InputError(f"study {path}: no such file; give a script or a TOML file of cases")
+        reason = "a pipe or a device instead of a file" if path.exists() else "no such file"
+        raise InputError(f"study {path}: {reason}; give a script or a TOML file of cases")
     if path.suffix == ".py":
         return _load_script(path, quick)
     if path.suffix == ".toml":

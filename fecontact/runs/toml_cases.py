@@ -11,7 +11,7 @@ from typing import Any
 
 from fecontact.case import INPUTS, PARTS, Case, make_case
 from fecontact.errors import InputError
-from fecontact.files import read_toml_text
+from fecontact.files import read_toml
 from fecontact.inputs.kinds import Number
 from fecontact.inputs.slots import InputPlace
 from fecontact.inputs.texts import explain_former_name, parse_numbers, suggest_name
@@ -42,7 +42,7 @@ def read_toml_cases(path: Path, *, quick: bool = False) -> tuple[Case, ...]:
     InputError
         If the file cannot be read, or has a key, a type or a value that is not allowed.
     """
-    document = _parse_file(path)
+    document = read_toml(path, f"study {path}")
     with _name_in_errors(f"study {path}"):
         tables = document.pop("case", None)
         common = _read_values(document)
@@ -82,14 +82,6 @@ def read_case_table(table: Mapping[str, Any]) -> Case:
         if len(cases) > 1:
             raise InputError(f"the lists make {len(cases)} cases; allowed: 1; give one value per key")
     return cases[0]
-
-
-def _parse_file(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"study {path} cannot be read ({error})") from error
-    return read_toml_text(text, f"study {path}")
 
 
 @contextmanager

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from fecontact.errors import FecontactError, InputError, is_usable_status
-from fecontact.files import write_text
+from fecontact.files import check_regular_file, write_text
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.records.results import package_versions
@@ -87,6 +87,7 @@ def validate(
             unusable.append(f"{study.name}: error in its checks: {error}")
     path = table or out / "VALIDATION.md"
     questions = {study.name: study.question for study in studies}
+    check_regular_file(path)
     previous_text = path.read_text("utf-8") if path.exists() else ""
     summary, *pages = render_reports(checks_by_study, questions, package_versions(), unusable, previous_text).items()
     for place, text in ((path.name, summary[1]), *pages):

@@ -657,6 +657,11 @@ _MOST_MESHES = 5
 _MOST_EVIDENCE_MESHES = 6
 # Number of elements on the semi-axis for which they are made, on the finest meshes of every named resolution.
 _FEWEST_ELEMENTS = 4
+# Smallest number of elements per semi-axis, measured on the nodes of the elements. With fewer elements a single row of
+# nodes carries 98 % of the load, so that the nodes show neither the size of the patch nor their own error.
+_LEAST_ELEMENTS = 0.25
+# Poisson's ratio above which the elements can be far too stiff, so that a single row of nodes carries the load.
+_STIFF_POISSON = 0.49
 # Fraction of the requested nodes below which a lobe counts as poorly resolved. A lobe is measured slightly differently
 # on its last nodes than on the nodes for which they were made.
 _NODE_SHORTAGE_FRACTION = 0.7
@@ -733,12 +738,18 @@ class Meshes:
         -------
         SolvedLoad
             Contacts on all mesh levels, with the half-space and the profile variants.
+
+        Raises
+        ------
+        InputError
+            If the elements of the first meshes are too coarse for the patch.
         """
         case, placement = position.case, position.placement
         with position.clock.step("expect the patch"):
             lines = judge_case_variants(case, placement)
         self._not_enlarged, self._room = [], ZoneMargin()
         levels = [self._level(position, 1.0)]
+        _check_element_size(case, levels[0])
         levels.append(self._level(position, MESH_RATIO, self._left_s(levels, estimate_coarser_unknowns(levels[0]))))
         stop_error: InputError | None = None
         while stop_error is None and is_open(case, levels, placement, lines, position.expected.half_space):
@@ -818,12 +829,11 @@ class Meshes:
                 f" {case.most_unknowns})"
             )
         try:
-            levels.insert(
-                0,
-                self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected_unknowns)),
-            )
+            level = self._level(position, MESH_RATIO ** (1 - len(levels)), self._left_s(levels, expected_unknowns))
+            _check_element_size(case, level)
         except InputError as error:
             return error
+        levels.insert(0, level)
         return None
 
     def _level(self, position: Position, coarser: float, seconds_left: float | None = None) -> Level:
@@ -882,6 +892,35 @@ class Meshes:
                 displacement_mm={"rail": rail, "wheel": wheel},
                 yielded={} if mesh.plastic is None else compute_nodal_fields(*mesh.plastic),
             )
+
+
+def _check_element_size(case: Case, level: Level) -> None:
+    """Refuse a level with elements that are wider than the patch.
+
+    Raises
+    ------
+    InputError
+        If the patch on the nodes of the elements has fewer than `_LEAST_ELEMENTS` elements per semi-axis.
+    """
+    patch = read_patch(level.on_elements)
+    semi_axes_mm, sizes_mm = (patch.a_mm, patch.b_mm), level.on_elements.grid.steps_mm
+    count, size_mm, direction = min(
+        (axis_mm / size_mm, size_mm, direction)
+        for axis_mm, size_mm, direction in zip(semi_axes_mm, sizes_mm, ("along x", "across"), strict=True)
+    )
+    if count >= _LEAST_ELEMENTS:
+        return
+    stiff = max(case.rail_material.poisson, case.wheel_material.poisson) > _STIFF_POISSON
+    raise InputError(
+        f"the elements are too coarse for this patch: the patch on their nodes has {count:.2g} elements of"
+        f" {size_mm:.3g} mm per semi-axis {direction}; allowed: at least {_LEAST_ELEMENTS:g}; use smaller elements, for"
+        " example --resolution quick"
+        + (
+            f", or a Poisson's ratio of at most {_STIFF_POISSON:g}, because they are too stiff above it"
+            if stiff
+            else ""
+        )
+    )
 
 
 def _solve_with_turned_normals(position: Position) -> Rung | None:

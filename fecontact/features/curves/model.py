@@ -5,13 +5,13 @@ A vehicle has masses, dimensions and suspensions. The unit of each value is in t
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
+from fecontact.files import read_toml
 from fecontact.inputs.kinds import number_field
 from fecontact.inputs.slots import input_dataclass, read_table
 
@@ -281,14 +281,11 @@ def load_vehicle(spec: str) -> Vehicle:
     460.0
     """
     path = _DATA_FOLDER / f"{spec}.toml" if spec in built_in_vehicles() else Path(spec)
-    if not path.is_file():
+    if not path.exists():
         raise InputError(
             f"vehicle is {spec!r}: no such file; allowed: {', '.join(built_in_vehicles())}, or a TOML file"
         )
-    try:
-        tables = tomllib.loads(path.read_text("utf-8"))
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"vehicle {path.name} is not valid TOML ({error}); correct the file") from error
+    tables = read_toml(path, f"vehicle {path.name}")
     try:
         return _build_vehicle(tables)
     except InputError as error:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.features.fleet.table_columns import POSITION_LAYOUT
-from fecontact.files import read_toml_text
+from fecontact.files import read_toml
 from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
 from fecontact.inputs.slots import input_dataclass, read_table
 from fecontact.inputs.user_tables import read_user_table
@@ -273,10 +273,7 @@ def read_fleet(path: Path, folder: Path | None = None) -> Fleet:
     InputError
         If the file cannot be read, or for the first key or value that is not allowed.
     """
-    try:
-        content = read_toml_text(path.read_text("utf-8"), f"fleet {path}")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"fleet {path} cannot be read ({error}); give a TOML file in UTF-8") from error
+    content = read_toml(path, f"fleet {path}")
     try:
         return _make_fleet(content, folder or path.absolute().parent)
     except InputError as error:

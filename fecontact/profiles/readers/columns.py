@@ -12,6 +12,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
+from fecontact.files import open_regular_file
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size
 from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points
@@ -160,6 +161,8 @@ def file_bytes(path: Path) -> bytes:
                 " profile points"
             )
         return path.read_bytes()
+    except InputError:
+        raise
     except (OSError, ValueError) as error:
         raise InputError(
             f"cannot read {shorten_text(path)}: {getattr(error, 'strerror', error)}; check the path"
@@ -592,7 +595,7 @@ def is_miniprof(path: Path) -> bool:
         False for an unreadable file.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             return _MINIPROF_MARK.search(file.read(20_000).decode("latin-1")) is not None
     except (OSError, ValueError):
         return False
@@ -985,7 +988,7 @@ def is_simpack(path: Path) -> bool:
         False for an unreadable file.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             return _SIMPACK_BLOCK.search(file.read(20_000).decode("latin-1")) is not None
     except (OSError, ValueError):
         return False

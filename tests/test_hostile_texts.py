@@ -1,0 +1,210 @@
+"""Names are text: no output takes them for mathematics, markup or control of the terminal."""
+
+import io
+import json
+import os
+import shutil
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from xml.dom import minidom
+
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+import fecontact
+from fecontact.case import Case
+from fecontact.cli import call
+from fecontact.console.log import log_command
+from fecontact.console.messages import announce, print_result
+from fecontact.inputs.texts import escape_invisible
+from fecontact.outputs.parts import Lead
+from fecontact.outputs.style import render_image, render_page, render_svg, show_text_literally
+from fecontact.outputs.terminal import print_parts
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.writers import csv_text
+from fecontact.regression.checks import Check, render_reports
+
+VISIBLE = (
+    *(r"w$\frac{$x", "a$b$c", r"a\$b", "<script>alert(1)</script>".replace("/", "_"), "&amp;", "a_b^c{d}"),
+    *("q'\"", "b\\s", "%s", "{x}", "[bold]x", "|a|", "x" * 251),
+)
+INVISIBLE = (
+    "\x1b[31m",
+    "\x1b]0;x\x07",
+    "a\rb",
+    "a\nb",
+    "a\u202eb",
+    "a\x9bb",
+    "a\x7fb",
+    "a\u2066b",
+    os.fsdecode(b"n\xff"),
+)
+
+
+def is_clean(text: str) -> bool:
+    """Whether all characters of a text are printable or newlines."""
+    return all(character.isprintable() or character == "\n" for character in text)
+
+
+def run(*words: str) -> tuple[int, str]:
+    """Exit code and printed text of a command."""
+    out = io.StringIO()
+    with redirect_stdout(out), redirect_stderr(out):
+        code = call(words)
+    return code, out.getvalue()
+
+
+def check_files(folder: Path) -> int:
+    """Check that text files are clean and pages well-formed; returns their number."""
+    paths = [path for path in folder.rglob("*") if path.suffix in (".svg", ".html", ".csv", ".json", ".log", ".md")]
+    for path in paths:
+        text = path.read_text("utf-8")
+        assert is_clean(text), path
+        if path.suffix in (".svg", ".html"):
+            elements = minidom.parseString(text.encode()).getElementsByTagName("script")
+            assert not any("alert(1)" in element.toxml() for element in elements)
+    return len(paths)
+
+
+@pytest.fixture
+def wheel(tmp_path, monkeypatch):
+    """Writer of a wheel's file with a name, in the working folder."""
+    monkeypatch.chdir(tmp_path)
+    text = csv_text(load_library_profile("S1002"), step_mm=0.5)
+
+    def write(name: str) -> str:
+        Path(f"{name}.csv").write_text(text)
+        return f"{name}.csv"
+
+    return write
+
+
+@pytest.mark.parametrize("name", VISIBLE)
+def test_names_are_drawn_and_printed_as_they_are(wheel, name):
+    file = wheel(name)
+    assert run("profiles", file, "--out", "out/profile.svg")[0] == 0
+    code, printed = run("hertz", "--wheel", file)
+    assert code == 0
+    assert is_clean(printed)
+    assert check_files(Path("out")) == 1
+
+
+@pytest.mark.parametrize("name", [VISIBLE[0], "a$b$c", "<script>alert(1)"])
+def test_a_position_is_drawn_whatever_its_wheel_is_called(wheel, name):
+    assert run("place", "--wheel", wheel(name), "--out", "out/place.svg")[0] == 0
+    assert check_files(Path("out")) == 1
+
+
+@pytest.mark.parametrize("name", INVISIBLE)
+def test_files_with_invisible_names_are_refused_in_a_clean_line(wheel, name):
+    lines = [
+        [name],
+        ["run", f"{name}.toml"],
+        ["compare", name, name],
+        ["judge", name],
+        ["guide", name],
+        ["curve", "--vehicle", name, "--radii", "300"],
+        ["check", name],
+        ["hertz", f"--{name}=1"],
+    ]
+    for words in lines:
+        code, printed = run(*words)
+        assert code == 2
+        assert is_clean(printed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [VISIBLE[0], "<script>alert(1)", "x" * 251])
+def test_a_solved_case_is_written_whatever_its_wheel_is_called(wheel, name):
+    coarse = ("--resolution", "1.6,1.3", "--refine", "never", "--wheel", wheel(name), "--shift", "3")
+    code, printed = run("solve", *coarse, "--out", "out")
+    assert code in (0, 3)
+    assert is_clean(printed)
+    assert check_files(Path("out")) > 2
+    assert run("judge", "out", "--out", "judged")[0] == 0
+    assert run("compare", "out", "out")[0] == 0
+    shutil.rmtree("out")
+
+
+# each kind of output by itself
+
+
+@pytest.mark.parametrize("name", [*VISIBLE[:4], "\x1b[31m", "a\u202eb", os.fsdecode(b"n\xff")])
+def test_every_text_of_a_figure_is_literal(name):
+    figure = Figure(figsize=(8, 6), layout="constrained")
+    axes = figure.subplots()
+    axes.plot([1, 2, 3], label=name)
+    axes.set(title=name, xlabel=name)
+    axes.set_xticks([0, 1, 2], [name[:20]] * 3)
+    axes.annotate(name, (1, 1))
+    axes.legend()
+    figure.suptitle(name)
+    assert is_clean(render_svg(figure).decode())
+    render_image(figure)
+    texts = [text for text in figure.findobj(Text) if name[:2] in text.get_text() or "\\u" in text.get_text()]
+    assert len(texts) >= 4
+    assert not any(text.get_parse_math() for text in texts)
+
+
+def test_a_figure_of_the_caller_is_drawn_by_matplotlib_itself():
+    """Ticks that the last drawing makes are literal; powers are not."""
+    figure = Figure()
+    axes, powers = figure.subplots(2)
+    axes.set_yticks([0, 1], [r"w$\frac{$x", "b"])
+    powers.set(yscale="log", ylim=(1e-3, 1e5))
+    show_text_literally(figure)
+    figure.savefig(io.BytesIO(), format="png")
+    assert axes.get_yticklabels()[0].get_text() == r"w$\frac{$x"
+    assert all(label.get_parse_math() for label in powers.get_yticklabels())
+
+
+@pytest.mark.parametrize("name", [*VISIBLE, *INVISIBLE])
+def test_pages_and_printed_parts_are_clean(name, capsys):
+    page = render_page(name, [Lead(text=name), name])
+    assert is_clean(page)
+    assert not minidom.parseString(page.encode()).getElementsByTagName("script")
+    print_parts([Lead(text=name), name])
+    print_result(name)
+    announce(name)
+    assert is_clean("".join(capsys.readouterr()))
+
+
+def test_a_log_is_clean(tmp_path):
+    with log_command(tmp_path / "a.log"):
+        print_result("\x1b[31m")
+    assert is_clean((tmp_path / "a.log").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("name", ["a|b", "a\nb", "<script>", "\x1b[31m"])
+def test_a_name_stays_in_its_cell_of_a_page_in_markdown(name):
+    check = Check(
+        quantity=name, case=name, reference=name, kind="other code", value=1.0, expected=1.0, uncertainty_percent=None,
+        limit_percent=1.0,
+    )  # fmt: skip
+    for text in render_reports({"study": [check]}, {"study": name}, {}, [f"study: {name}"]).values():
+        assert is_clean(text)
+        assert "<script>" not in text
+        rows = [line for line in text.splitlines() if line.startswith("|")]
+        assert len({line.replace(r"\|", "").count("|") for line in rows}) == 1
+
+
+def test_escapes_keep_json_what_it_is():
+    record = {"name": "a\u202e\x9b\x7f\ud800\x1b"}
+    text = escape_invisible(json.dumps(record, ensure_ascii=False))
+    assert is_clean(text)
+    assert json.loads(text) == record
+
+
+def test_a_picture_in_the_axes_of_the_caller_is_literal(monkeypatch):
+    monkeypatch.setattr("fecontact.plot.PressureFields.of", lambda load: None)
+    monkeypatch.setattr("fecontact.plot.lobe_records", lambda load: [])
+    monkeypatch.setattr("fecontact.plot.draw_pressure", lambda axes, *_: axes.set_title(r"w$\frac{$x"))
+    axes = Figure().subplots()
+
+    class Result:
+        load = None
+        case = Case()
+
+    figure = fecontact.plot.case(Result(), axes)
+    figure.savefig(io.BytesIO(), format="png")
