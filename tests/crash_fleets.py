@@ -1,4 +1,4 @@
-"""Kills of fleet commands at random times; the same command again gives the same tables and leaves nothing behind.
+"""Kills of fleet commands at random times, and repetitions that must give equal tables.
 
 `python tests/crash_fleets.py [--kills N] [--sample] [--seed S]` (`make crash`) screens a small fleet and reports it;
 with `--sample` it also solves a sample by finite elements. Then it repeats each command in a new folder, kills its main
@@ -29,7 +29,7 @@ TABLES = ("*.parquet", "answer.csv", "study.csv")
 
 
 def start(words: list[str], folder: Path) -> subprocess.Popen[bytes]:
-    """Start a command in a folder, in its own session, so that all its processes can be found."""
+    """Start a command in a folder, in a new session, to find all its processes."""
     command = [sys.executable, "-m", "fecontact", *words]
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
     with (folder / "said.txt").open("ab") as said:
@@ -51,12 +51,12 @@ def list_processes(session: int) -> list[psutil.Process]:
 def kill(process: subprocess.Popen[bytes], whom: str, rng: random.Random) -> None:
     """Kill the main process, a worker or all processes of a command."""
     living = list_processes(process.pid)
-    workers = [other for other in living if other.pid != process.pid and "spawn_main" in " ".join(other.cmdline())]
-    main = [other for other in living if other.pid == process.pid]
+    workers = [member for member in living if member.pid != process.pid and "spawn_main" in " ".join(member.cmdline())]
+    main = [member for member in living if member.pid == process.pid]
     chosen = {"main": main, "worker": [rng.choice(workers)] if workers else main, "all": living}[whom]
-    for other in chosen:
+    for member in chosen:
         try:
-            other.send_signal(signal.SIGKILL)
+            member.send_signal(signal.SIGKILL)
         except psutil.NoSuchProcess:
             continue
 
@@ -68,12 +68,12 @@ def read_tables(out: Path) -> dict[str, bytes]:
 
 
 def find_leftovers(out: Path) -> list[str]:
-    """Temporary files and folders, whose names begin with a point."""
+    """Temporary files and folders: their names begin with a point."""
     return sorted(path.relative_to(out).as_posix() for path in out.rglob(".*"))
 
 
 def wait_for_end(session: int) -> list[str]:
-    """Command lines of processes that still live 20 s after the end of the main process."""
+    """Command lines of processes that outlive the main process by 20 s."""
     end = time.monotonic() + 20.0
     while (living := list_processes(session)) and time.monotonic() < end:
         time.sleep(0.2)
@@ -83,7 +83,7 @@ def wait_for_end(session: int) -> list[str]:
 def try_kill(
     words: list[str], before: Path, after: Path, folder: Path, duration_s: float, seed: str
 ) -> tuple[str, str]:
-    """Kill a command and run it again; returns what was done and what is wrong, which is empty if nothing is.
+    """Kill a command and run it again; returns the kill and the problem, if any.
 
     `before` and `after` are copies of `folder` without a kill; the tables have the paths of the profiles in `folder`.
     """
@@ -118,13 +118,13 @@ def try_kill(
 
 
 def crash(kills: int, seed: int, *, with_sample: bool = False) -> tuple[int, list[str]]:
-    """Kill each command of a fleet in turn; returns the number of kills and what is wrong."""
+    """Kill each command of a fleet in turn; returns the number of kills and the problems."""
     commands = {
         "run": ["fleet", "run", "trial/fleet.toml", "--out", "out", "--workers", "2"],
         **({"sample": ["fleet", "sample", "out", "--finite-elements", "2", "--workers", "2"]} if with_sample else {}),
         "report": ["fleet", "report", "out"],
     }
-    wrong, done = [], 0
+    wrong, kill_count = [], 0
     with TemporaryDirectory() as temporary:
         work = Path(temporary) / "work"
         path = write_fleet(work / "trial")
@@ -141,11 +141,11 @@ def crash(kills: int, seed: int, *, with_sample: bool = False) -> tuple[int, lis
             what, problem = try_kill(
                 words, stages[stage], stages[stage + 1], work, durations[stage], f"{seed}.{number}"
             )
-            done += 1
+            kill_count += 1
             print(f"fleet {name}, {what}{': ' * bool(problem)}{problem}", flush=True)
             if problem:
                 wrong.append(f"fleet {name}, {what}: {problem}")
-    return done, wrong
+    return kill_count, wrong
 
 
 def main() -> int:
@@ -155,8 +155,8 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sample", action="store_true", help="also the sample by finite elements")
     options = parser.parse_args()
-    done, wrong = crash(options.kills, options.seed, with_sample=options.sample)
-    print(f"kills: {done} tried, {len(wrong)} bad")
+    kill_count, wrong = crash(options.kills, options.seed, with_sample=options.sample)
+    print(f"kills: {kill_count} tried, {len(wrong)} bad")
     return int(bool(wrong))
 
 

@@ -85,7 +85,7 @@ COLUMNS = (
 
 @dataclass
 class Tally:
-    """Counts of tried, used and refused inputs, and what is bad about the others."""
+    """Counts of tried, used and refused inputs, and problems of the bad inputs."""
 
     tried: int = 0
     endings: Counter[str] = field(default_factory=Counter)
@@ -115,7 +115,7 @@ def run_timed(line: list[str]) -> Ended:
 
 
 def find_problem(ended: Ended) -> str:
-    """What is bad about the end of a command; empty if it gave a result or a refusal in one line."""
+    """Problem of the end of a command; empty after a result or a refusal in a line."""
     if ended.raised:
         return ended.raised
     if "Traceback" in ended.err or "Exception ignored" in ended.err:
@@ -152,7 +152,7 @@ def write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
 
 
 def write_fleet(folder: Path, ending: str = ".csv") -> Path:
-    """Write a fleet of one wheel on two rails, with tables of an ending; returns its file."""
+    """Write a fleet of a wheel on two rails, with tables of an ending; returns its file."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "wheel.csv").write_text(csv_text(load_library_profile("S1002"), step_mm=0.5), "utf-8")
     (folder / "rail.csv").write_text(csv_text(load_library_profile("54E1"), step_mm=0.5), "utf-8")
@@ -164,7 +164,7 @@ def write_fleet(folder: Path, ending: str = ".csv") -> Path:
 
 
 def add_hostile_files(folder: Path) -> None:
-    """Add a pipe, a folder, a link to itself, and a link that leads nowhere, which tables may name."""
+    """Add a pipe, a folder and two broken links, which tables may name."""
     os.mkfifo(folder / "pipe")
     (folder / "folder").mkdir()
     (folder / "loop").symlink_to("loop")
@@ -189,7 +189,7 @@ def change_bytes(content: bytes, rng: random.Random) -> bytes:
 
 
 def change_rows(rows: list[dict[str, Any]], values: tuple[Any, ...], rng: random.Random) -> str:
-    """Change a value, a column or a row of a table; returns what was done."""
+    """Change a value, a column or a row of a table; returns the change."""
     row = rng.choice(rows)
     match rng.randrange(5):
         case 0 | 1:
@@ -198,13 +198,13 @@ def change_rows(rows: list[dict[str, Any]], values: tuple[Any, ...], rng: random
             return f"{name} = {row[name]!r:.60}"
         case 2:
             name, new = rng.choice(list(row)), rng.choice(COLUMNS)
-            for other in rows:
-                other[new] = other.pop(name, None)
+            for changed_row in rows:
+                changed_row[new] = changed_row.pop(name, None)
             return f"{name} renamed {new!r:.30}"
         case 3:
             name = rng.choice(COLUMNS)
-            for other in rows:
-                other[name] = rng.choice(values)
+            for changed_row in rows:
+                changed_row[name] = rng.choice(values)
             return f"column {name!r:.30} = {rows[0][name]!r:.60}"
         case _:
             rows.append(dict(row)) if rng.random() < 0.5 else rows.remove(row)
@@ -212,7 +212,7 @@ def change_rows(rows: list[dict[str, Any]], values: tuple[Any, ...], rng: random
 
 
 def damage_inputs(folder: Path, ending: str, rng: random.Random) -> str:
-    """Change the file of a fleet or a table; returns what was done."""
+    """Change the file of a fleet or a table; returns the change."""
     if rng.random() < 0.4:
         path = folder / "fleet.toml"
         if rng.random() < 0.5:
@@ -250,7 +250,10 @@ def keep_in(keep: Path | None, folder: Path, name: str) -> Callable[[int], objec
 
 
 def fuzz_inputs(count: int, seed: int, keep: Path | None = None, *, screen_every: int = 5) -> Tally:
-    """Change the inputs of a fleet a number of times, check each, and screen every `screen_every`-th usable one."""
+    """Change and check the inputs of a fleet a number of times.
+
+    Every `screen_every`-th usable fleet is screened.
+    """
     rng, tally = random.Random(seed), Tally()
     for number in range(count):
         with TemporaryDirectory() as temporary, contextlib.chdir(temporary):
@@ -258,10 +261,10 @@ def fuzz_inputs(count: int, seed: int, keep: Path | None = None, *, screen_every
             folder = write_fleet(Path("trial"), ending).parent
             add_hostile_files(folder)
             what = damage_inputs(folder, ending, rng)
-            kept = keep_in(keep, folder, f"fleet_{seed}_{number}")
-            checked = tally.add(["fleet", "check", "trial/fleet.toml"], what, kept)
+            keep_copy = keep_in(keep, folder, f"fleet_{seed}_{number}")
+            checked = tally.add(["fleet", "check", "trial/fleet.toml"], what, keep_copy)
             if checked.code == 0 and number % screen_every == 0:
-                tally.add(["fleet", "run", "trial/fleet.toml", "--out=out", "--workers=1"], what, kept)
+                tally.add(["fleet", "run", "trial/fleet.toml", "--out=out", "--workers=1"], what, keep_copy)
     return tally
 
 
@@ -308,9 +311,9 @@ def fuzz_finished(count: int, seed: int, keep: Path | None = None) -> Tally:
             shutil.copytree(original.parent, folder)
             with contextlib.chdir(folder):
                 what = damage_results(folder / "out", rng)
-                kept = keep_in(keep, folder, f"finished_{seed}_{number}")
+                keep_copy = keep_in(keep, folder, f"finished_{seed}_{number}")
                 for line in finished_lines(rng):
-                    tally.add(line, what, kept)
+                    tally.add(line, what, keep_copy)
             shutil.rmtree(folder)
     return tally
 

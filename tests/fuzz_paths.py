@@ -1,4 +1,4 @@
-"""Hostile names, and links, pipes, folders and devices at each path that a command reads or writes.
+"""Hostile names, links, pipes, folders and devices at the paths of commands.
 
 `python tests/fuzz_paths.py [--seed S] [--solve]` (part of `make fuzz`) gives each command files and folders with
 hostile names. Then it puts a link, a pipe, a folder, a device or an unreadable file at each path that the command wrote
@@ -61,42 +61,42 @@ NAMES = (
 VEHICLE = files_of("fecontact.features.curves") / "data" / "wheelset.toml"
 
 
-def plant_link_to_file(path: Path, others: Path) -> None:
-    path.symlink_to(others / "notes.txt")
+def plant_link_to_file(path: Path, neighbour: Path) -> None:
+    path.symlink_to(neighbour / "notes.txt")
 
 
-def plant_link_to_folder(path: Path, others: Path) -> None:
-    path.symlink_to(others)
+def plant_link_to_folder(path: Path, neighbour: Path) -> None:
+    path.symlink_to(neighbour)
 
 
-def plant_dangling_link(path: Path, others: Path) -> None:
-    path.symlink_to(others / "missing")
+def plant_dangling_link(path: Path, neighbour: Path) -> None:
+    path.symlink_to(neighbour / "missing")
 
 
-def plant_loop(path: Path, others: Path) -> None:
+def plant_loop(path: Path, neighbour: Path) -> None:
     path.symlink_to(path.name)
 
 
-def plant_pipe(path: Path, others: Path) -> None:
+def plant_pipe(path: Path, neighbour: Path) -> None:
     os.mkfifo(path)
 
 
-def plant_folder(path: Path, others: Path) -> None:
+def plant_folder(path: Path, neighbour: Path) -> None:
     path.mkdir()
     (path / "notes.txt").write_text("a note of somebody else", "utf-8")
 
 
-def plant_device(path: Path, others: Path) -> None:
+def plant_device(path: Path, neighbour: Path) -> None:
     path.symlink_to("/dev/zero")
 
 
-def plant_unreadable(path: Path, others: Path) -> None:
+def plant_unreadable(path: Path, neighbour: Path) -> None:
     path.write_text("a file of somebody else", "utf-8")
     path.chmod(0o000)
 
 
-def plant_unwritable_folder(path: Path, others: Path) -> None:
-    plant_folder(path, others)
+def plant_unwritable_folder(path: Path, neighbour: Path) -> None:
+    plant_folder(path, neighbour)
     path.chmod(0o500)
 
 
@@ -128,7 +128,7 @@ def write_inputs(folder: Path) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Prepared:
-    """Folder with the inputs of a command and what it wrote in a first run."""
+    """Folder with the inputs of a command and the outputs of a first run."""
 
     folder: Path
     command: str
@@ -177,18 +177,18 @@ def try_plant(prepared: Prepared, place: str, plant: Callable, fresh: bool, tall
             shutil.rmtree(path)
         path.unlink(missing_ok=True)
         plant(path, folder / "others")
-        others = content(folder / "others")
+        neighbour_bytes = content(folder / "others")
         what = f"{plant.__name__} at {place}{', fresh' * fresh}"
-        kept = keep_in(keep, folder, f"paths_{prepared.command}_{plant.__name__}_{place}".replace("/", "_")[:150])
+        keep_copy = keep_in(keep, folder, f"paths_{prepared.command}_{plant.__name__}_{place}".replace("/", "_")[:150])
         line = words_of(prepared.command, "out")
         with contextlib.chdir(folder):
             count = len(tally.bad)
-            tally.add(line, what, kept)
+            tally.add(line, what, keep_copy)
         now = content(folder / "others")
         # a folder that the user names as the output may get new files
         is_named = path == folder / "out"
-        lost = [name for name in others if now.get(name) != others[name]]
-        lost += [name for name in now if name not in others and not is_named]
+        lost = [name for name in neighbour_bytes if now.get(name) != neighbour_bytes[name]]
+        lost += [name for name in now if name not in neighbour_bytes and not is_named]
         # a folder with the name of a job, 20 digits of a checksum, belongs to the program
         is_job = re.fullmatch(r"[0-9a-f]{20}", path.name)
         if plant in (plant_folder, plant_unwritable_folder) and not is_job and not _has_notes(path):
@@ -208,7 +208,7 @@ def _has_notes(path: Path) -> bool:
 
 
 def fuzz_paths(
-    commands: Mapping[str, object], seed: int, keep: Path | None = None, *, most: int = 10**9
+    commands: Mapping[str, object], seed: int, keep: Path | None = None, *, draw_limit: int = 10**9
 ) -> dict[str, Tally]:
     """Put hostile things at the paths of each command; at most a number of draws for each command."""
     rng, tallies = random.Random(seed), {}
@@ -217,13 +217,13 @@ def fuzz_paths(
         with TemporaryDirectory() as temporary:
             prepared = prepare(command, Path(temporary) / "work")
             draws = [(place, plant, fresh) for place in prepared.written for plant in PLANTS for fresh in (True, False)]
-            for draw in rng.sample(draws, min(most, len(draws))):
+            for draw in rng.sample(draws, min(draw_limit, len(draws))):
                 try_plant(prepared, *draw, tally, keep)
     return tallies
 
 
 def fuzz_names(
-    commands: Mapping[str, object], seed: int, keep: Path | None = None, *, most: int = 10**9
+    commands: Mapping[str, object], seed: int, keep: Path | None = None, *, draw_limit: int = 10**9
 ) -> dict[str, Tally]:
     """Give each command hostile names of its output and of its inputs."""
     rng, tallies = random.Random(seed), {}
@@ -232,11 +232,11 @@ def fuzz_names(
         assert isinstance(words, tuple)
         inputs = [name for name in INPUTS if any("{" + name + "}" in word for word in words)]
         draws = [(name, place) for name in NAMES for place in ("out", *inputs)]
-        for name, place in rng.sample(draws, min(most, len(draws))):
+        for name, place in rng.sample(draws, min(draw_limit, len(draws))):
             with TemporaryDirectory() as temporary:
                 folder = Path(temporary) / "work"
                 write_inputs(folder)
-                others = content(folder / "others")
+                neighbour_bytes = content(folder / "others")
                 with contextlib.chdir(folder):
                     out, renamed = (name, {}) if place == "out" else ("out", {})
                     if place != "out":
@@ -249,7 +249,7 @@ def fuzz_names(
                     tally.add(
                         words_of(command, out, renamed), f"{place} named {name!r:.40}", keep_in(keep, folder, "names")
                     )
-                if content(folder / "others") != others:
+                if content(folder / "others") != neighbour_bytes:
                     tally.bad.append(f"{command}: {place} named {name!r:.40}: a file of somebody else changed")
     return tallies
 
@@ -264,13 +264,13 @@ def main() -> int:
     options = parser.parse_args()
     os.environ.setdefault("COLUMNS", "200")
     keep = Path("fuzz_failures").absolute()
-    known = {**COMMANDS, **SOLVING}
+    available = {**COMMANDS, **SOLVING}
     names = options.command or [*COMMANDS, *(SOLVING if options.solve else ())]
-    commands = {name: known[name] for name in names}
+    commands = {name: available[name] for name in names}
     bad = 0
     for kind, fuzz in (("paths", fuzz_paths), ("names", fuzz_names)):
         for command in commands:
-            for tally in fuzz({command: commands[command]}, options.seed, keep, most=options.most).values():
+            for tally in fuzz({command: commands[command]}, options.seed, keep, draw_limit=options.most).values():
                 print(f"{kind} of {command}: {tally}", flush=True)
                 for text in tally.bad:
                     print(f"      {text}")

@@ -1,4 +1,4 @@
-"""A fleet of two wheels on two rails whose screening takes seconds."""
+"""A fleet of two wheels on two rails with a short screening."""
 
 from pathlib import Path
 

@@ -41,10 +41,10 @@ def test_damaged_fleets_are_refused_or_used():
 @pytest.mark.parametrize("command", ["place", "init", "check", "compare"])
 def test_hostile_things_at_the_paths_of_a_command_are_refused_or_stay(command):
     commands = {command: COMMANDS[command]}
-    for fuzz_command, most in ((fuzz_paths, 6), (fuzz_names, 4)):
-        tally = fuzz_command(commands, 3, most=most)[command]
+    for fuzz_command, draws in ((fuzz_paths, 6), (fuzz_names, 4)):
+        tally = fuzz_command(commands, 3, draw_limit=draws)[command]
         assert tally.bad == []
-        assert tally.tried == most
+        assert tally.tried == draws
 
 
 @pytest.mark.parametrize("ending", FORMATS)

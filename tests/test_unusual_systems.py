@@ -1,4 +1,4 @@
-"""What a system does to a run: paused workers, a clock that goes back, other users, long paths, lost Dask workers."""
+"""Effects of a system on a run: paused workers, a clock that goes back, other users, long paths, lost Dask workers."""
 
 import contextlib
 import os
@@ -44,7 +44,7 @@ def test_a_worker_that_was_paused_costs_nothing(tmp_path):
     process = start([*RUN, "--workers", "2"], tmp_path)
     pairs = tmp_path / "out" / "pairs"
     wait_for(pairs.exists, process)
-    workers = [other for other in list_processes(process.pid) if "spawn_main" in " ".join(other.cmdline())]
+    workers = [member for member in list_processes(process.pid) if "spawn_main" in " ".join(member.cmdline())]
     assert workers
     workers[0].send_signal(signal.SIGSTOP)
     time.sleep(5.0)
