@@ -208,7 +208,7 @@ _ALLOWED_INVISIBLE = "\n\t"
 
 
 def escape_invisible(text: str) -> str:
-    """Replace characters that a terminal would execute by escapes such as \\x1b.
+    r"""Replace characters that a terminal would execute by escapes such as \x1b.
 
     Newlines and tabs stay. Escapes above ASCII have four or eight digits, so that JSON with them is still JSON.
 

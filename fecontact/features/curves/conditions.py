@@ -1,4 +1,4 @@
-"""Running conditions in a curve, and the radii and the theory of a run without given ones.
+"""Running conditions in a curve, with the default radii and theory of a run.
 
 The module imports no arrays, so that the help of the command can read the defaults.
 """

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.files import read_toml
 from fecontact.inputs.kinds import number_field
 from fecontact.inputs.slots import input_dataclass, read_table
 
@@ -285,6 +284,9 @@ def load_vehicle(spec: str) -> Vehicle:
         raise InputError(
             f"vehicle is {spec!r}: no such file; allowed: {', '.join(built_in_vehicles())}, or a TOML file"
         )
+    # the command line imports this module at its start, without arrays
+    from fecontact.files import read_toml
+
     tables = read_toml(path, f"vehicle {path.name}")
     try:
         return _build_vehicle(tables)

@@ -218,7 +218,7 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
 
 
 def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
-    """Raise InputError if the positions were screened with a different result after the sample was drawn."""
+    """Raise InputError if a later screening of the drawn positions had a different result."""
     if check_sample(folder) in (None, digest_screen(read_json(folder / FLEET_RECORD))):
         return
     (row,) = query_rows(
