@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
+from test_documents import TEXTS
 from test_profiles import section_properties
 
 import fecontact
@@ -444,6 +445,20 @@ def test_the_list_is_grouped_and_has_each_profile_once(capsys):
         kind = load_library_profile(name).kind
         title = max(i for i, line in enumerate(lines[: first_words.index(name)]) if re.match("(Rails|Wheels): ", line))
         assert lines[title].strip() == f"{kind.capitalize()}s: {find_group(name)}"
+
+
+def test_the_guide_has_each_profile_its_other_names_and_the_unavailable_profiles():
+    page = TEXTS["fecontact/guide/profiles.md"]
+    words = set(re.findall(r"[\w-]+", page))
+    assert words >= {*list_names(), *ALIASES, *(name for profiles in UNAVAILABLE for name in profiles.names)}
+    text = " ".join(page.split())
+    for alias, name in ALIASES.items():
+        assert re.search(rf"\b{alias}\b[^,]* {name}\b", text.partition("Other names: ")[2]), alias
+    for rail, head in EQUAL_HEADS.items():
+        assert f"{head} for {rail}" in text
+    assert f"a library of {len(list_names('rail'))} rails and {len(list_names('wheel'))} wheels" in " ".join(
+        TEXTS["CHANGELOG.md"].split()
+    )
 
 
 # --- Pairs ---------------------------------------------------------------------------------------------------------
