@@ -315,10 +315,11 @@ class Case:
             object.__setattr__(self, "opposite", replace(self.opposite, rail=rail, wheel=wheel))
             object.__setattr__(self, "library", None)
         # the import of the library takes time, and the default profiles need no check
-        for spec in (spec for spec in self.profiles.values() if spec not in (type(self).rail, type(self).wheel)):
-            from fecontact.profiles.library import refuse_unknown_profile
+        for body, spec in self.profiles.items():
+            if spec not in (type(self).rail, type(self).wheel):
+                from fecontact.profiles.library import refuse_unknown_profile
 
-            refuse_unknown_profile(spec)
+                refuse_unknown_profile(spec, "rail" if body.endswith("rail") else "wheel")
         self._choose_radius()
         self._choose_roll()
         if self.roll == "loaded" and self.load_kind != "vertical" and self.roll_load_N is None:

@@ -136,13 +136,19 @@ def test_any_text_has_an_identity(spec):
     assert isinstance(profile_identity(spec), str)
 
 
-@pytest.mark.parametrize("body", ["rail", "wheel", "opposite_wheel"])
-def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_used(body, tmp_path, monkeypatch):
+@pytest.mark.parametrize(
+    ("body", "name", "near"),
+    [("rail", "60E3", "60E2"), ("wheel", "S1003", "S1002"), ("opposite_wheel", "S1003", "S1002")],
+)
+def test_a_name_that_no_profile_has_is_refused_at_once_and_a_file_once_it_is_used(
+    body, name, near, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(
-        InputError, match=r"there is no profile '60E3'; did you mean 60E2 or .* \(give a file with its ending"
+        InputError,
+        match=rf"there is no profile '{name}'; did you mean {near} or .* \(give a file with its ending",
     ):
-        Case().with_profiles({body: "60E3"})
+        Case().with_profiles({body: name})
     # a file of a different machine or beside a result is recognised by its ending, its folder or its hash
     for later in ("mine.csv", "./mine", "measured\\mine", "mine@0123abcd"):
         case = Case().with_profiles({body: later})

@@ -220,14 +220,17 @@ def test_rails_are_continuous_and_tangent(name):
     assert rail.slope(0.0) == pytest.approx(0.0, abs=1e-15)
 
 
-@pytest.mark.parametrize("name", ["60E1", "60E2"])
+@pytest.mark.parametrize("name", [name for name in RAILS if load_library_profile(name).outline])
 def test_outlines_are_closed_and_tangent(name):
     outline = load_library_profile(name).outline
     ends = [s.evaluate(np.array([0.0, 1.0])) for s in outline]
     for end, start in zip(ends, ends[1:] + ends[:1], strict=True):
         # the drawing's tangent points are rounded to 1e-6 mm, which tilts a fillet of 2 mm by 1e-6
         assert math.hypot(start.y[0] - end.y[1], start.z[0] - end.z[1]) < 2e-6
-        assert math.remainder(start.angle_rad[0] - end.angle_rad[1], math.tau) == pytest.approx(0.0, abs=2e-6)
+        kink = math.remainder(start.angle_rad[0] - end.angle_rad[1], math.tau)
+        # the web of the 46E4 is three straight parts with corners
+        is_corner_of_web = name == "46E4" and round(start.z[0], 3) in (-67.5, -97.5)
+        assert kink == pytest.approx(0.0, abs=2e-6) or is_corner_of_web
 
 
 @pytest.mark.parametrize("name", RAILS)
@@ -298,7 +301,7 @@ def test_locate_finds_what_it_answers(name, fraction, angle, origin):
 def test_locate_inverts_evaluate_on_a_canted_rail(name, fraction, angle):
     # sides of 1:20 stay visible up to a tilt of 0.04 rad; vertical sides do not
     rail = load_library_profile(name)
-    vertical = name == "46E1" or name.startswith("A")
+    vertical = name in ("46E1", "52E1") or name.startswith("A")
     u = fraction * len(rail.segments) if not vertical else 1.1 + fraction * (len(rail.segments) - 2.2)
     p = rail.evaluate(u)
     t = (p.y - 3.0) * math.cos(angle) + (p.z - 0.5) * math.sin(angle)
@@ -391,8 +394,12 @@ def test_circle_and_cylinder():
 def test_names():
     assert "60E1" in list_names("rail")
     reference = ("EN15302_A", "EN15302_B", "EN15302_C", "EN15302_H")
-    assert list_names("wheel") == ("CONE20", "CONE40", "EN13715_1in40", *reference, "MBench_S1002", "S1002")
-    assert len(list_names("rail")) == 17
+    apta = ("APTA220", "APTA240", "APTA320", "APTA340")
+    heights = [("EN13715_1in40", *(f"EN13715_1in40_h{height}" for height in (29, 30, 32)))]
+    heights += [("S1002", *(f"S1002_h{height}" for height in (29, 30, 32)))]
+    wheels = (*apta, "CONE20", "CONE40", *heights[0], *reference, "LMA", "LMB10", "MBench_S1002", *heights[1])
+    assert list_names("wheel") == wheels
+    assert len(list_names("rail")) == 34
     assert set(list_names()) == {*list_names("rail"), *list_names("wheel")}
     for name in list_names():
         assert load_library_profile(name).name == name
@@ -419,7 +426,7 @@ def test_resolve_takes_names_in_any_case_and_short_forms():
         ),
         (resolve_wheel, "60E1", "is a rail, but a wheel is needed"),
         (resolve_wheel, "S1003", "did you mean S1002"),
-        (resolve_wheel, "qqqq", "the library has CONE20, CONE40, EN13715_1in40, EN15302_A"),
+        (resolve_wheel, "qqqq", "the library has APTA220, APTA240, APTA320, APTA340, CONE20, CONE40, EN1"),
         (resolve_rail, "cylinder:460", "is a wheel"),
         (resolve_wheel, "circle:300", "is a rail"),
         (resolve_rail, "circle:abc", "no number after the colon"),
@@ -539,12 +546,13 @@ def test_a_binary_toml_file_is_refused(tmp_path):
         read_toml(path)
 
 
-def test_rails_are_found_by_the_names_that_they_had_before(capsys):
+def test_profiles_are_found_by_their_other_names(capsys):
     for alias, name in ALIASES.items():
         assert find_library_name(alias.lower()) == name
-        # the file states the alias
-        assert f"also called {alias}" in toml_text(name)
-        assert resolve_rail(alias) is load_library_profile(name)
+        # the source of the file has the alias
+        assert alias in load_library_profile(name).source
+        resolved = resolve_rail(alias) if name in RAILS else resolve_wheel(alias).profile
+        assert resolved is load_library_profile(name)
     # the rail of the benchmark is a different rail
     assert find_library_name("MBench_UIC60") == "MBench_UIC60"
     assert call(["hertz", "--rail", "UIC60", "--json"]) == 0

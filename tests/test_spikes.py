@@ -9,7 +9,7 @@ from points import profile_from_points
 
 from fecontact.case import Case
 from fecontact.errors import InputError
-from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.library import EQUAL_HEADS, list_names, load_library_profile
 from fecontact.profiles.point_noise import estimate_noise_mm
 from fecontact.profiles.point_problems import find_crossings
 from fecontact.profiles.points import find_spikes, find_unclear_points
@@ -42,9 +42,13 @@ def over_y(name, step_mm):
 # --- good tables ------------------------------------------------------------------------------------------------
 
 
+# profiles with the running surface of a different profile are left out: rails with an equal head, and flange heights
+DISTINCT = [name for name in list_names() if name not in EQUAL_HEADS and "_h" not in name]
+
+
 @pytest.mark.parametrize("digits", [12, 4, 3])
 @pytest.mark.parametrize("step_mm", [0.1, 0.2, 0.5, 1.0])
-@pytest.mark.parametrize("name", list_names())
+@pytest.mark.parametrize("name", DISTINCT)
 def test_no_exact_profile_has_any(name, step_mm, digits):
     """Exact profiles written as rounded points in three ways.
 

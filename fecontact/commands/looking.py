@@ -253,7 +253,7 @@ def profiles(
     """
     from fecontact.files import write_text
     from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines, profile_record
-    from fecontact.profiles.library import find_in_folder
+    from fecontact.profiles.library import find_in_folder, refuse_unknown_profile
     from fecontact.profiles.recognition import find_nearest_profiles
     from fecontact.profiles.resolve import WrongKindError, refuse_unused_reading, resolve_rail, resolve_wheel
     from fecontact.profiles.writers import csv_text, refuse_other_endings
@@ -270,6 +270,7 @@ def profiles(
         return 0
     case = options.case()
     profile_file = name if library is None else find_in_folder(name, library)
+    refuse_unknown_profile(profile_file, kind)
     read_wheel = partial(resolve_wheel, profile_file, case.wheel_file)
     try:
         profile = read_wheel().profile if kind == "wheel" else resolve_rail(profile_file, case.rail_file)

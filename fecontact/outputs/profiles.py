@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 _RANGE_KEYS = ("y_from_mm", "y_to_mm")
 _LIBRARY_COLUMNS = (
     text_column("name", "name"),
-    text_column("kind", "kind"),
     *(
         number_column(f"{name}\nmm", key, "{:.1f}", none="")
         for name, key in zip(("y from", "y to"), _RANGE_KEYS, strict=True)
     ),
     text_column("junctions", "junctions", "number"),
     text_column("certainty", "certainty"),
-    text_column("source", "source", wraps=True),
+    text_column("source", lambda record: record["source"].partition(";")[0], wraps=True),
 )
+_FILE_COLUMNS = (text_column("name", "name"), text_column("file", "source", wraps=True))
 _JUNCTION_COLUMNS = (
     number_column("y mm", lambda junction: junction.y_mm, "{:.4f}"),
     number_column("z mm", lambda junction: junction.z_mm, "{:.4f}"),
@@ -63,13 +63,15 @@ def library_record(folder: Path | None = None) -> list[Record]:
     Returns
     -------
     list of Record
-        Name, kind, range in mm, number of junctions and source.
+        Name, kind, group, other names, range in mm, number of junctions, certainty, source and notes.
     """
-    from fecontact.profiles.library import list_names, load_library_profile
+    from fecontact.profiles.library import ALIASES, find_group, list_names, load_library_profile
 
     records: list[Record] = []
     for profile in map(load_library_profile, list_names()):
         entries = select_attributes(profile, "name kind certainty source") | {"junctions": len(profile.junctions)}
+        aliases = [alias for alias, name in ALIASES.items() if name == profile.name]
+        entries |= {"group": find_group(profile.name), "aliases": aliases, "notes": list(profile.notes)}
         records.append(entries | dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)))
     for path in sorted(folder.iterdir()) if folder is not None and folder.is_dir() else ():
         if path.is_file():
@@ -90,7 +92,18 @@ def library_lines(records: Sequence[Record]) -> OutputLines:
     iterator of Table and str
         Table and line.
     """
-    yield make_table("Profile library", _LIBRARY_COLUMNS, records)
+    # files of a folder have no group
+    own_files = [record for record in records if "group" not in record]
+    groups = sorted({(record["kind"], record["group"]) for record in records if "group" in record})
+    for kind, group in groups:
+        members = [record for record in records if (record.get("kind"), record.get("group")) == (kind, group)]
+        yield make_table(f"{kind.capitalize()}s: {group}", _LIBRARY_COLUMNS, members)
+        for record in members:
+            if record["certainty"] == "doubtful":
+                yield from (f"{record['name']}: {note}" for note in record["notes"])
+    if own_files:
+        yield make_table("Your files", _FILE_COLUMNS, own_files)
+    yield "fecontact profiles NAME shows the whole source of a profile, its notes and its segments."
     yield "Also allowed: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), in mm, or the path of a profile file."
 
 
@@ -188,9 +201,17 @@ def nearest_text(nearest_profiles: Sequence[ProfileMatch], nominal: str = "") ->
         else "all points are within 0.001 mm of it"
     )
     return (
-        f"nearest library profile, over all points: {best.name}, rotated by {turn_mrad:+.2f} mrad and moved by"
-        f" ({dy:+.3f}, {dz:+.3f}) mm; {deviation_text}{appendix}"
+        f"nearest library profile, over all points: {best.name}{_equal_heads_text(best.name)}, rotated by"
+        f" {turn_mrad:+.2f} mrad and moved by ({dy:+.3f}, {dz:+.3f}) mm; {deviation_text}{appendix}"
     )
+
+
+def _equal_heads_text(name: str) -> str:
+    """Text with the rails that have the head of a rail too; empty if there is none."""
+    from fecontact.profiles.library import EQUAL_HEADS
+
+    rails = [rail for rail, head in EQUAL_HEADS.items() if head == name]
+    return f" (or {' or '.join(rails)}, with an equal head)" if rails else ""
 
 
 def _segment_radius(segment: Segment) -> str:

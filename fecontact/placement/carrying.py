@@ -59,6 +59,31 @@ def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, f
     return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb allows this)"
 
 
+def find_doubt(profile: Profile, y_mm: float) -> str:
+    """Reason why a contact point is on a doubtful part of a profile; empty if it is not.
+
+    Parameters
+    ----------
+    profile
+        Rail or wheel.
+    y_mm
+        Position of the contact point across the profile in mm.
+
+    Returns
+    -------
+    reason
+        Text of a message, or an empty text.
+    """
+    if profile.doubtful_y_mm is None or not profile.doubtful_y_mm[0] <= y_mm <= profile.doubtful_y_mm[1]:
+        return ""
+    low, high = profile.doubtful_y_mm
+    return (
+        f"the contact point is at y = {y_mm:.2f} mm of the {profile.kind}, but the shape of {profile.name} from"
+        f" {low:.1f} to {high:.1f} mm is doubtful (fecontact profiles {profile.name}); give a profile that is certain"
+        " there"
+    )
+
+
 def is_beyond_flank(wheel: Profile, y_mm: float) -> bool:
     """Whether a position across a wheel profile lies beyond the steepest place of the flange.
 

@@ -20,7 +20,7 @@ from fecontact.arrays import Floats, find_runs
 from fecontact.bodies import ROLLING_RADIUS_MM, Track, TrackSide
 from fecontact.errors import CoverageError, InputError
 from fecontact.placement.along_track import PlacedIrregularities
-from fecontact.placement.carrying import find_support_problem, is_beyond_flank
+from fecontact.placement.carrying import find_doubt, find_support_problem, is_beyond_flank
 from fecontact.placement.poses import (
     ContactPoint,
     RailPose,
@@ -607,4 +607,7 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     climbs = is_beyond_flank(lowered.profile, contact_points[0].wheel_y_mm)
     if reason := find_support_problem(lowered.profile, contact_points[0], climbs=climbs, flange_climb=flange_climb):
         return reason
+    first = contact_points[0]
+    if doubt := find_doubt(rail.profile, first.rail_y_mm) or find_doubt(lowered.profile, first.wheel_y_mm):
+        return doubt
     return Placement(rail=rail, wheel=lowered, contact_points=contact_points, climbs=climbs)

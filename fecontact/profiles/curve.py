@@ -116,6 +116,9 @@ class Profile:
         surface is available.
     notes
         Assumptions of a reader, which are shown to the user.
+    doubtful_y_mm
+        Range across the profile (mm) where its shape is doubtful, so that no contact there is solved; None if the whole
+        profile is usable.
     measured
         Smoothing of the profile from measured points; None for an exact profile, or for points that are used as exact.
     points : ndarray of shape (n, 2) or None
@@ -143,6 +146,7 @@ class Profile:
     certainty: str = ""
     outline: tuple[Segment, ...] = ()
     notes: tuple[str, ...] = ()
+    doubtful_y_mm: tuple[float, float] | None = None
     measured: SmoothingResult | None = None
     points: Floats | None = None
     problems: tuple[PointProblem, ...] = ()
@@ -764,7 +768,9 @@ def check_shape(
             )
         # a head is above the chord between its ends, even if it is canted, worn or half
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
-        height_above_chord = float(np.median(z[middle])) - 0.5 * (z[0] + z[-1]) if middle.any() else 0.0
+        height_above_chord = 0.0
+        if np.count_nonzero(middle) > 1:
+            height_above_chord = measure_median_height(y[middle], z[middle]) - 0.5 * (z[0] + z[-1])
         if height_above_chord < -0.1:
             raise InputError(
                 f"{what}: the middle of the rail is {-height_above_chord:.2f} mm below the chord between its ends, "
@@ -778,8 +784,12 @@ def check_shape(
                 " sides of the head"
             )
         return
-    middle = z[(y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))]
-    if middle.size and float(np.median(middle)) - max(z[0], z[-1]) > _LARGEST_DIP_MM and _find_deepest_dip(z)[0] < 1.0:
+    middle = (y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))
+    if (
+        np.count_nonzero(middle) > 1
+        and measure_median_height(y[middle], z[middle]) - max(z[0], z[-1]) > _LARGEST_DIP_MM
+        and _find_deepest_dip(z)[0] < 1.0
+    ):
         raise InputError(
             f"{what}: both ends of the profile are more than {_LARGEST_DIP_MM:g} mm below its middle, as on a rail,"
             " but a wheel is needed; give the file as the rail (--rail, or --kind rail)"
@@ -790,7 +800,7 @@ def check_shape(
     if not gentle.size:
         raise InputError(f"{what}: the whole profile is steep, but y is across and z up; swap the columns")
     y, z = y[gentle[0] : gentle[-1] + 2], z[gentle[0] : gentle[-1] + 2]
-    tread = float(np.median(z))
+    tread = measure_median_height(y, z)
     rise, drop = float(z.max()) - tread, tread - float(z.min())
     if rise > 10.0 and rise > drop:
         raise InputError(
@@ -803,6 +813,27 @@ def check_shape(
             f"{what}: the flange is at y = {y[z.argmin()]:.1f} mm, but a flange is on the gauge side, y < 0; reverse "
             "the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored)
         )
+
+
+def measure_median_height(y: Floats, z: Floats) -> float:
+    """Median height of a profile over its width.
+
+    Points may be at any distances: each chord counts with its width, and not each point.
+
+    Parameters
+    ----------
+    y, z
+        Coordinates (n,) in mm, at least two points.
+
+    Returns
+    -------
+    float
+        Height in mm.
+    """
+    chord_heights = 0.5 * (z[1:] + z[:-1])
+    order = np.argsort(chord_heights)
+    width = np.cumsum(np.abs(np.diff(y))[order])
+    return float(chord_heights[order[np.searchsorted(width, 0.5 * width[-1])]])
 
 
 def _find_deepest_dip(z: Floats) -> tuple[float, int]:

@@ -23,21 +23,31 @@ from fecontact.files import hash_file, open_regular_file
 from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.readers.formats import parse_library_file
 from fecontact.profiles.reading import is_short_form
+from fecontact.profiles.unavailable import find_unavailable
 
-# Names of the UIC, of DIN, and of British standards for rails that have a different name in EN 13674-1.
-ALIASES = {"UIC60": "60E1", "UIC54": "54E1", "S49": "49E1", "U55": "55E1", "BS113A": "56E1"}
-"""Alternative names of rails. The source of each file has them."""
+# Names that national standards, railways and data sets have for profiles of the library.
+ALIASES = {
+    **{"UIC60": "60E1", "IRS60": "60E1", "UIC54": "54E1", "UIC54E": "54E2", "S54": "54E3", "54E1AHC": "54E5"},
+    **{"U55": "55E1", "BS113A": "56E1", "52RATP": "52E1", "U50E": "50E1", "50EB-T": "50E2", "BV50": "50E3"},
+    **{"UIC50": "50E4", "50UNI": "50E5", "U50": "50E6", "S49": "49E1", "S49T": "49E2", "U33": "46E2", "NP46": "46E3"},
+    **{"46UNI": "46E4", "S1002CN": "S1002", "LMB": "S1002", "LMB_10": "LMB10"},
+}
+"""Alternative names of profiles. The source of each file has them."""
+EQUAL_HEADS = {
+    **{"46E2": "55E1", "49E5": "54E4", "50E1": "50E6", "50E2": "60E1", "50E4": "54E1", "50E5": "49E2"},
+    **{"54E3": "49E1"},
+}
+"""Rails with the head of a different rail of the library, to 0.001 mm. A measured head gets the name of that rail."""
 _BY_ALIAS = {alias.lower(): name for alias, name in ALIASES.items()}
 _DATA = resources.files("fecontact.profiles") / "data"
 
 
 @cache
-def _read_library_kinds() -> dict[str, ProfileKind]:
-    """Kind of each library profile by its name."""
+def _read_library_kinds() -> dict[str, tuple[ProfileKind, str]]:
+    """Kind and group of each library profile by its name."""
     files = sorted(_DATA.iterdir(), key=lambda file: file.name)
-    return {
-        file.name[:-5]: tomllib.loads(file.read_text("utf-8"))["kind"] for file in files if file.name.endswith(".toml")
-    }
+    contents = {file.name[:-5]: tomllib.loads(file.read_text("utf-8")) for file in files if file.name.endswith(".toml")}
+    return {name: (content["kind"], content["group"]) for name, content in contents.items()}
 
 
 def list_names(kind: ProfileKind | None = None) -> tuple[str, ...]:
@@ -53,7 +63,50 @@ def list_names(kind: ProfileKind | None = None) -> tuple[str, ...]:
     tuple of str
         Names in alphabetical order.
     """
-    return tuple(name for name, its_kind in _read_library_kinds().items() if kind in (None, its_kind))
+    return tuple(name for name, (its_kind, _) in _read_library_kinds().items() if kind in (None, its_kind))
+
+
+def list_reference_names(kind: ProfileKind) -> tuple[str, ...]:
+    """Names of the profiles that measured points may belong to.
+
+    Rails with a head that a different rail has too are left out (`EQUAL_HEADS`), as are profiles with a doubtful part.
+
+    Parameters
+    ----------
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    tuple of str
+        Names in alphabetical order.
+    """
+    return tuple(
+        name
+        for name in list_names(kind)
+        if name not in EQUAL_HEADS and load_library_profile(name).doubtful_y_mm is None
+    )
+
+
+def find_group(name: str) -> str:
+    """Standard or country of a library profile, by which lists are ordered.
+
+    Parameters
+    ----------
+    name
+        Name in the library.
+
+    Returns
+    -------
+    str
+        Group, for example `EN 13674-1`.
+
+    Raises
+    ------
+    InputError
+        The name does not exist; the message has similar names.
+    """
+    return _read_library_kinds()[find_library_name(name)][1]
 
 
 def find_in_folder(name: str, folder: str | Path) -> str:
@@ -104,7 +157,7 @@ def find_library_name(name: str, kind: ProfileKind | None = None) -> str:
     Parameters
     ----------
     name
-        Name in any case of letters, or an alternative name of the rail.
+        Name in any case of letters, or an alternative name.
     kind
         Kind of the profile; None searches all kinds.
 
@@ -116,13 +169,19 @@ def find_library_name(name: str, kind: ProfileKind | None = None) -> str:
     Raises
     ------
     InputError
-        The name does not exist; the message has similar names.
+        The name does not exist; the message has similar names of the kind, or the reason why the library does not have
+        a known profile.
     """
     library_names = list_names(kind)
     by_lower = {library_name.lower(): library_name for library_name in library_names}
     lower_name = _BY_ALIAS.get(name.lower(), name).lower()
     if lower_name in by_lower:
         return by_lower[lower_name]
+    if (unavailable := find_unavailable(name)) is not None:
+        raise InputError(
+            f"the {unavailable.kind} {name!r} ({unavailable.origin}) is not in the library: {unavailable.reason}; give"
+            " a file of your own, with exact segments or points (fecontact guide profiles)"
+        )
     near = difflib.get_close_matches(name.lower(), list(by_lower), n=3, cutoff=0.5)
     hint = (
         f"did you mean {' or '.join(by_lower[n] for n in near)}?"
@@ -322,26 +381,30 @@ def can_be_file(spec: str) -> bool:
     return bool(Path(spec).suffix) or any(sign in spec for sign in "/\\") or file_of_identity(spec) is not None
 
 
-def refuse_unknown_profile(spec: str) -> None:
+def refuse_unknown_profile(spec: str, kind: ProfileKind | None = None) -> None:
     """Refuse a text other than a library name, a short form or a possible file.
 
     Parameters
     ----------
     spec
         Text of the command line.
+    kind
+        Kind of the profile; None for both kinds.
 
     Raises
     ------
     InputError
-        The message has similar names of the library.
+        The message has similar names of the kind.
     """
     # os.path.exists never raises, in contrast to Path.exists
     if can_be_file(spec) or is_short_form(spec) or is_library_name(spec) or os.path.exists(spec):
         return
     try:
-        find_library_name(spec)
+        find_library_name(spec, kind)
     except InputError as error:
-        raise InputError(f"{error} (give a file with its ending or its folder)") from None
+        # the message on a profile that the library cannot have asks for a file already
+        remedy = "" if find_unavailable(spec) else " (give a file with its ending or its folder)"
+        raise InputError(f"{error}{remedy}") from None
 
 
 def profile_identity(spec: str) -> str:

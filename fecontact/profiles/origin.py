@@ -9,7 +9,7 @@ import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.errors import InputError
-from fecontact.profiles.curve import ProfileKind
+from fecontact.profiles.curve import ProfileKind, measure_median_height
 from fecontact.profiles.reading import Reading, suggest_option
 
 # Least extent of a profile on both sides of its tape circle.
@@ -56,7 +56,8 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
     inside = y.min() + _LEAST_INSIDE_MM <= 0.0 <= y.max() - _LEAST_INSIDE_MM
     height = float(np.interp(0.0, np.maximum.accumulate(y), z))
     tip = int(np.argmin(z))
-    tread = height if inside and not _is_flange(y, z, float(np.median(z))) else float(np.median(z))
+    median_height = measure_median_height(y, z)
+    tread = height if inside and not _is_flange(y, z, median_height) else median_height
     notes = []
     if _is_flange(y, z, tread) and not _ALLOWED_TIP_MM[0] <= y[tip] <= _ALLOWED_TIP_MM[1]:
         tip_text = f"the tip of the flange is at y = {y[tip]:.1f} mm"

@@ -12,7 +12,7 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import Profile, ProfileKind
-from fecontact.profiles.library import find_library_name, list_names, load_library_profile
+from fecontact.profiles.library import find_library_name, list_reference_names, load_library_profile
 from fecontact.profiles.point_noise import estimate_noise_mm
 from fecontact.profiles.points import (
     LARGEST_FIELD_SIDE_DROP_MM,
@@ -115,14 +115,15 @@ def find_nearest_profiles(
     kind
         `rail` or `wheel`.
     among
-        Names of profiles; None for all profiles of the kind.
+        Names of profiles; None for all profiles of the kind that points can be distinguished by.
 
     Returns
     -------
     list of ProfileMatch
         Profiles with a usual distance of at most 2 mm.
     """
-    library_names, noise = list_names(kind) if among is None else among, max(estimate_noise_mm(points), LEAST_NOISE_MM)
+    library_names = list_reference_names(kind) if among is None else among
+    noise = max(estimate_noise_mm(points), LEAST_NOISE_MM)
     starts = _select_candidates(points[:: max(1, len(points) // FIRST_LOOK_POINTS)], library_names, noise)
     if not starts:
         return []

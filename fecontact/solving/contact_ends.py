@@ -1,6 +1,6 @@
-"""Refusal of contacts at the end of a profile or at a corner.
+"""Refusal of contacts at the end of a profile, at a corner, or where a profile is doubtful.
 
-The pressure has no finite value there.
+The pressure has no finite value at an end or a corner.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ _CORNER_RAD = 0.02
 
 
 def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
-    """Refuse a contact at the end of the wheel's profile, a corner or an edge.
+    """Refuse a contact at the end of the wheel's profile, a corner, an edge or a doubtful part of a profile.
 
-    The pressure has no bound there.
+    The pressure has no bound at an end, a corner or an edge.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
     Raises
     ------
     InputError
-        If the contact reaches the end of the profile, a corner, or an edge of an irregularity.
+        If the contact reaches the end of the profile, a corner, an edge of an irregularity, or a doubtful part.
     """
     grid, is_in_contact = rung.grid, rung.pressure_MPa > 0.0
     _check_irregularity(placement, rung)
@@ -44,6 +44,7 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
             " reduce the load, change the lateral shift, or give a longer profile"
         )
     loaded_s_mm = grid.s_mm[is_in_contact.any(axis=0)]
+    _check_doubtful_parts(placement, loaded_s_mm)
     for junction_place in placement.junctions:
         profile, junction = junction_place.profile, junction_place.junction
         is_convex_corner = profile.convex_sign * junction.turn_rad > _CORNER_RAD
@@ -55,6 +56,37 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
             raise InputError(
                 f"the contact patch reaches a corner of {profile.kind} {profile.name} at y = {junction.y_mm:.2f} mm,"
                 " where the pressure has no bound; change the lateral shift, or round the corner in the profile"
+            )
+
+
+def _check_doubtful_parts(placement: Placement, loaded_s_mm: Floats) -> None:
+    """Refuse a contact where the shape of a profile is doubtful.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail.
+    loaded_s_mm
+        Arc lengths (n,) of the loaded columns of the grid, from the contact point (mm).
+
+    Raises
+    ------
+    InputError
+        If a loaded column is on the doubtful part.
+    """
+    for profile, u in (
+        (placement.rail.profile, placement.first.rail_u),
+        (placement.wheel.profile, placement.first.wheel_u),
+    ):
+        if profile.doubtful_y_mm is None:
+            continue
+        low_s, high_s = profile.arc_length(profile.locate(profile.doubtful_y_mm)) - float(profile.arc_length(u))
+        if np.any((loaded_s_mm >= low_s) & (loaded_s_mm <= high_s)):
+            low, high = profile.doubtful_y_mm
+            raise InputError(
+                f"the contact patch reaches the part of {profile.kind} {profile.name} from y = {low:.1f} to"
+                f" {high:.1f} mm, where its shape is doubtful (fecontact profiles {profile.name}); change the lateral"
+                " shift, or give a profile that is certain there"
             )
 
 

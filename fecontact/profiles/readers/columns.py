@@ -14,7 +14,7 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.files import open_regular_file
 from fecontact.inputs.texts import count_text
-from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size, measure_median_height
 from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points
 from fecontact.profiles.reading import MM_PER_UNIT, Reading, suggest_option
 
@@ -684,7 +684,7 @@ def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[st
         ends = [(z[end] - np.mean(z[np.abs(y - y[end]) < _BESIDE_END_MM])) for end in (0, -1)]
         is_downwards = sum(ends) > 0.0
     else:
-        tread = float(np.median(z))
+        tread = measure_median_height(y, z)
         is_downwards = float(z.max()) - tread > max(10.0, tread - float(z.min()))
     if is_downwards:
         return points * (1.0, -1.0), ["Y points into the body, so z = -Y"]

@@ -5,7 +5,7 @@ A new format is a function and an entry in the table.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
@@ -122,7 +122,10 @@ def parse_toml(text: str, *, name: str, reading: Reading = DEFAULT_READING) -> P
 
 
 # Defaults of optional entries.
-_DEFAULT_ENTRIES: dict[str, Any] = {"certainty": "", "notes": [], "head": None, "surface": [], "body": []}
+_DEFAULT_ENTRIES: dict[str, Any] = {
+    **{"certainty": "", "notes": [], "doubtful_y_mm": None},
+    **{"head": None, "surface": [], "body": []},
+}
 
 
 def parse_library_file(text: str, *, name: str) -> Profile:
@@ -234,7 +237,14 @@ def _build_profile(file: schema.ProfileFile, name: str, reading: Reading) -> Pro
         certainty=file.certainty,
         outline=(*surface, *body) if body else (),
         notes=(*file.notes, *check_origin(outline_points, file.kind, reading, label)),
+        doubtful_y_mm=None if file.doubtful_y_mm is None else _order_ends(side * y + dy for y in file.doubtful_y_mm),
     )
+
+
+def _order_ends(ends: Iterable[float]) -> tuple[float, float]:
+    """Ends of a range, the smaller end first."""
+    first, last = sorted(ends)
+    return first, last
 
 
 def close_small_steps(surface: Sequence[Segment]) -> list[Segment]:

@@ -79,12 +79,22 @@ class ProfileFile(_StrictModel):
 
     kind: Literal["rail", "wheel"]
     units: Literal["mm"]
+    group: str = ""
     source: str = ""
     certainty: str = ""
     notes: list[str] = []
+    doubtful_y_mm: Point | None = None
     head: Head | None = None
     surface: Entries = []
     body: Entries = []
+
+    @model_validator(mode="after")
+    def _check_doubtful_range(self) -> ProfileFile:
+        if self.doubtful_y_mm is not None and not self.doubtful_y_mm[0] < self.doubtful_y_mm[1]:
+            raise ValueError(
+                f"doubtful_y_mm = {list(self.doubtful_y_mm)}: give the smaller y first, then the larger y, in mm"
+            )
+        return self
 
     @model_validator(mode="after")
     def _check_surface(self) -> ProfileFile:
