@@ -63,9 +63,11 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
         usual_text = f"{_ALLOWED_TIP_MM[0]:g} to {_ALLOWED_TIP_MM[1]:g} mm from the tape circle y = 0"
         # users who give the tape circle are aware of an unusual flange
         if reading.tape_circle_mm is None:
+            # a tape circle outside the profile is no answer
+            unusual = f", or {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
             raise InputError(
-                f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
-                f" {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
+                f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}"
+                f"{unusual if inside else ''}"
             )
         notes.append(f"{tip_text}; usual: {usual_text}")
     if not inside:

@@ -356,6 +356,8 @@ class ProfilePoints:
         Assumptions; points that were left out, and doubtful points.
     flipped_columns
         Columns option for the file with the opposite sign of z.
+    question
+        Refusal of a file whose header does not define the origin; empty if the origin is known.
     """
 
     points: Floats
@@ -365,6 +367,7 @@ class ProfilePoints:
     notes: tuple[str, ...] = ()
     problems: tuple[PointProblem, ...] = ()
     flipped_columns: str = "1,-2"
+    question: str = ""
 
 
 def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
@@ -411,7 +414,14 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
     points, cut_remarks = _cut_turned_in_ends(points, file_points.kind)
     # the shape of a profile that turns back is undefined, so wrong points are removed first
-    points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
+    try:
+        points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
+    except InputError as error:
+        if question := file_points.question or _find_origin_refusal(points, file_points, reading):
+            raise InputError(f"{question}; and {error}") from None
+        raise
+    if file_points.question:
+        raise InputError(file_points.question)
     check_shape(
         *points.T,
         kind=file_points.kind,
@@ -428,6 +438,17 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
         *_describe_kinks(points),
     ]
     return replace(file_points, points=points, notes=tuple(remarks), problems=problems)
+
+
+def _find_origin_refusal(points: Floats, file_points: ProfilePoints, reading: Reading) -> str:
+    """Find the refusal of the origin of a wheel with wrong points, so that one command can answer both questions."""
+    if file_points.kind == "rail":
+        return ""
+    try:
+        check_origin(points - (0.0, reading.tape_circle_z_mm or 0.0), file_points.kind, reading, file_points.name)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def measure_spacing_mm(points: Floats) -> float:

@@ -29,7 +29,7 @@ from fecontact.profiles.library import (
     profile_file,
 )
 from fecontact.profiles.points import ProfilePoints
-from fecontact.profiles.readers.columns import ColumnSource, file_bytes, header_radius_mm, parse_points
+from fecontact.profiles.readers.columns import ColumnSource, file_bytes, find_stated_kind, parse_points, read_header
 from fecontact.profiles.readers.formats import DEFAULT_READER, find_reader
 from fecontact.profiles.reading import (
     ARCS_PREFIX,
@@ -170,7 +170,8 @@ def radius_of_file_mm(spec: str) -> float | None:
 @lru_cache(maxsize=64)
 def _read_radius_once(path: Path, state: tuple[int, ...]) -> float | None:
     """Rolling radius (mm) of a file in this state; each case and each placement needs it."""
-    return header_radius_mm(path)
+    header = read_header(path)
+    return None if header is None or find_stated_kind(path) == "rail" else header.rolling_radius_mm
 
 
 def radius_note(spec: str, radius_mm: float) -> str:
@@ -328,8 +329,10 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
     path = Path(spec)
     if any(unicodedata.category(sign) in _HIDDEN_CATEGORIES for sign in path.name):
         raise InputError(f"{spec!r}: its name has invisible characters, such as a line break; rename the file")
+    # the reader would ask for options of the wrong kind
+    _check_kind(find_stated_kind(path) or kind, spec, kind)
     content = find_reader(path)(path, kind, reading)
-    _check_kind(content, spec, kind)
+    _check_kind(content.kind, spec, kind)
     return content
 
 
@@ -339,13 +342,13 @@ def _read_given_profile(given_profile: ArrayProfile, kind: ProfileKind, reading:
     return fit_profile(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
 
 
-def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) -> None:
+def _check_kind(stated_kind: ProfileKind, spec: str, kind: ProfileKind) -> None:
     """Check that a file has a profile of the wanted kind.
 
     Parameters
     ----------
-    content
-        Profile or points.
+    stated_kind
+        Kind of the profile or the file.
     spec
         Text of the command line.
     kind
@@ -356,10 +359,10 @@ def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) 
     WrongKindError
         The kinds differ.
     """
-    if content.kind != kind:
+    if stated_kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {content.kind}, but a {kind} is needed; give it as the {content.kind} (--{content.kind}, "
-            f"or --kind {content.kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
+            f"{spec!r} is a {stated_kind}, but a {kind} is needed; give it as the {stated_kind} (--{stated_kind}, "
+            f"or --kind {stated_kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
         )
 
 
@@ -387,7 +390,7 @@ def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     """
     path = Path(spec)
     if is_library_name(spec):
-        _check_kind(load_library_profile(find_library_name(spec)), spec, kind)
+        _check_kind(load_library_profile(find_library_name(spec)).kind, spec, kind)
         return load_library_profile(find_library_name(spec))
     if isinstance(spec, ArrayProfile):
         return _read_given_profile(spec, kind, reading)
