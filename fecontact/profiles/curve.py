@@ -122,6 +122,9 @@ class Profile:
         Points in mm through which the profile was made, exact or smoothed; None for a profile without points.
     problems
         Points of a file that were left out on request, and doubtful points that were kept.
+    gauge_side_end_mm
+        Widest measured point (y, z) of a head, at which its gauge side was cut because it turns in below; None if it
+        was not cut.
 
     Raises
     ------
@@ -146,6 +149,7 @@ class Profile:
     measured: SmoothingResult | None = None
     points: Floats | None = None
     problems: tuple[PointProblem, ...] = ()
+    gauge_side_end_mm: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a profile without segments, and segments with gaps of more than `JOINT_GAP_MM`."""
