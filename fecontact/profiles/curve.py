@@ -760,7 +760,8 @@ def check_shape(
         ):
             raise InputError(
                 f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
-                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail"
+                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. A"
+                " crossing nose with its wing rail is not a known shape"
             )
         # a head is above the chord between its ends, even if it is canted, worn or half
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])

@@ -16,7 +16,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Profile, ProfileKind, check_shape
-from fecontact.profiles.origin import check_origin
+from fecontact.profiles.origin import SHORTEST_WHEEL_MM, check_origin, describe_short_wheel
 from fecontact.profiles.outlines import cut_outline
 from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noise_mm, estimate_scatter
 from fecontact.profiles.point_problems import PointProblem, compute_turning_angles, find_crossings, find_disorder
@@ -343,6 +343,11 @@ _SIDE_DEPTH_MM, _SIDE_SLOPE_RAD = 16.0, 1.0
 _REPEATED_POINT_MM = 1e-9
 
 
+_UNKNOWN_SHAPE = ". Several bodies in a file, such as a crossing nose with its wing rail, are not a known shape"
+# The narrowest heads, of light rails, have 40 mm at the depth at which the gauge is measured.
+_NARROWEST_HEAD_MM, _WIDTH_DEPTH_MM = 38.0, 14.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProfilePoints:
     """Points along a running surface, before a profile is made of them.
@@ -441,6 +446,7 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
     remarks += [*cut_remarks, *end_remarks, *repair_remarks, *gap_remarks]
     remarks += [
         *_describe_assumptions(file_points.kind),
+        *_describe_width(points, file_points.kind),
         *check_origin(points, file_points.kind, reading, name),
         *_describe_kinks(points),
     ]
@@ -560,6 +566,35 @@ def build_profile(
 def _find_corners(points: Floats) -> Integers:
     """Find the indices of the points with an angle of a corner."""
     return np.flatnonzero(np.abs(compute_turning_angles(points)) > SPLIT_ANGLE_RAD) + 1
+
+
+def _describe_width(points: Floats, kind: ProfileKind) -> list[str]:
+    """Describe a profile that is narrower than the running surface of any wheel, or than any head.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    list of str
+        Notes.
+    """
+    y, z = points.T
+    if kind == "wheel":
+        width = float(np.ptp(y))
+        return [describe_short_wheel(width)] if width < SHORTEST_WHEEL_MM else []
+    level = float(z.max()) - _WIDTH_DEPTH_MM
+    width = float(np.ptp(y[z >= level]))
+    if max(z[0], z[-1]) > level or width >= _NARROWEST_HEAD_MM:
+        return []
+    return [
+        f"the profile is {width:.0f} mm wide {_WIDTH_DEPTH_MM:g} mm below its top, narrower than any rail head: a"
+        " crossing nose, a switch tongue or a part of a head is taken as a rail that is equal along the track"
+    ]
 
 
 def _describe_kinks(points: Floats) -> list[str]:
@@ -704,7 +739,8 @@ def _remove_wrong_points(
             large = [problem for problem in problems if problem.what != "spike" or abs(problem.size_mm) > tiny]
             too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
             if large and (too_many or not repair):
-                raise InputError(_explain_refusal(large, file_points, repair=repair, too_many=too_many))
+                is_remedy = not (repair or too_many) and _can_repair(points, file_points)
+                raise InputError(_explain_refusal(large, file_points, is_remedy=is_remedy, too_many=too_many))
             if too_many:
                 break
             # points out of order are searched again among their new neighbours
@@ -766,7 +802,18 @@ def _estimate_local_noise(points: Floats) -> Floats:
     return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
-def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *, repair: bool, too_many: bool) -> str:
+def _can_repair(points: Floats, file_points: ProfilePoints) -> bool:
+    """Whether a profile remains if the wrong points are removed."""
+    try:
+        _remove_wrong_points(points, file_points, repair=True)
+    except InputError:
+        return False
+    return True
+
+
+def _explain_refusal(
+    problems: list[PointProblem], file_points: ProfilePoints, *, is_remedy: bool, too_many: bool
+) -> str:
     """Explain the refusal of wrong points, with the remedy.
 
     Parameters
@@ -775,8 +822,8 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
         Problems of points.
     file_points
         Points of the file.
-    repair
-        Whether the removal was requested.
+    is_remedy
+        Whether the removal of the points helps.
     too_many
         Whether more points are wrong than may be removed.
 
@@ -793,14 +840,12 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
             return (
                 f"{text}; the columns y and z are exchanged: {suggest_option(file_points.kind, 'columns', f'{z},{y}')}"
             )
-    mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" * (
-        not (repair or too_many)
-    )
+    mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" if is_remedy else ""
     if problems[0].what == "spike":
         return f"{text}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
         f"{text}; give each point of the running surface once, in the order along the profile, without the inside of"
-        f" the body{mend}"
+        f" the body{mend or _UNKNOWN_SHAPE}"
     )
 
 

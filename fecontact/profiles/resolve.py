@@ -31,6 +31,7 @@ from fecontact.profiles.library import (
 from fecontact.profiles.points import ProfilePoints
 from fecontact.profiles.readers.columns import ColumnSource, file_bytes, find_stated_kind, parse_points, read_header
 from fecontact.profiles.readers.formats import DEFAULT_READER, find_reader
+from fecontact.profiles.readers.instrument_header import InstrumentHeader
 from fecontact.profiles.reading import (
     ARCS_PREFIX,
     CIRCLE_PREFIX,
@@ -146,6 +147,33 @@ def resolve_wheel(spec: str, reading: Reading = DEFAULT_READING) -> WheelProfile
 
 # Rounding and wear between two measurements are smaller.
 _RADIUS_TOLERANCE_MM = 1.0
+# Instruments measure the gauge within some tenths of a millimetre.
+_GAUGE_TOLERANCE_MM = 1.0
+
+
+def header_of_file(spec: str) -> InstrumentHeader | None:
+    """Header of an instrument in a profile file; None without a file or such a header.
+
+    Parameters
+    ----------
+    spec
+        Profile of a case: name, file or short form.
+
+    Returns
+    -------
+    InstrumentHeader or None
+        Entries of the header. Its `columns` are a mapping for tables.
+    """
+    if (path := profile_file(spec)) is None:
+        return None
+    state = path.stat()
+    return _read_header_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(maxsize=64)
+def _read_header_once(path: Path, state: tuple[int, ...]) -> InstrumentHeader | None:
+    """Header of a file in this state; each case and each placement needs it."""
+    return read_header(path)
 
 
 def radius_of_file_mm(spec: str) -> float | None:
@@ -161,17 +189,33 @@ def radius_of_file_mm(spec: str) -> float | None:
     float or None
         Radius in mm.
     """
-    if (path := profile_file(spec)) is None:
-        return None
-    state = path.stat()
-    return _read_radius_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+    header = header_of_file(spec)
+    return None if header is None or find_stated_kind(Path(spec)) == "rail" else header.rolling_radius_mm
 
 
-@lru_cache(maxsize=64)
-def _read_radius_once(path: Path, state: tuple[int, ...]) -> float | None:
-    """Rolling radius (mm) of a file in this state; each case and each placement needs it."""
-    header = read_header(path)
-    return None if header is None or find_stated_kind(path) == "rail" else header.rolling_radius_mm
+def gauge_note(spec: str, gauge_mm: float) -> str:
+    """Contradiction between the gauge of a track (mm) and the header of a rail file; empty if there is none.
+
+    Parameters
+    ----------
+    spec
+        Rail of a case: name, file or short form.
+    gauge_mm
+        Gauge of the case in mm.
+
+    Returns
+    -------
+    str
+        Note for the user.
+    """
+    header = header_of_file(spec)
+    header_mm = None if header is None else header.gauge_mm
+    if header_mm is None or abs(header_mm - gauge_mm) <= _GAUGE_TOLERANCE_MM:
+        return ""
+    return (
+        f"the gauge is {gauge_mm:g} mm, but {header_mm:g} mm in the header of {Path(spec).name}; --gauge-mm"
+        f" {header_mm:g} takes it"
+    )
 
 
 def radius_note(spec: str, radius_mm: float) -> str:

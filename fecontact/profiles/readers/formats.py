@@ -5,6 +5,7 @@ A new format is a function and an entry in the table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -339,9 +340,39 @@ Reader: TypeAlias = Callable[[Path, ProfileKind, Reading], Profile | ProfilePoin
 
 def _read_text_file(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Read columns of numbers, or a special format if the content shows it."""
+    _refuse_foreign_format(path)
     if is_simpack(path):
         return read_simpack(path, reading)
     return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
+
+
+# First bytes of formats that are not read. They have numbers or columns that are no points of a profile.
+_FOREIGN_FORMATS: dict[str, bytes] = {
+    "a drawing of AutoCAD (DXF)": rb"\s*(?:999\s[^\n]*\n\s*)*0\s*\r?\n\s*SECTION",
+    "a drawing of AutoCAD (DWG)": rb"AC10\d\d",
+    "a drawing in STEP": rb"\s*ISO-10303-21",
+    "an HDF5 file, such as RCM-DX,": rb"\x89HDF",
+    "a workbook of a spreadsheet": rb"PK\x03\x04|\xd0\xcf\x11\xe0",
+    "a PDF document": rb"%PDF-",
+    "an XML document": rb"(?:\xef\xbb\xbf)?\s*<[?!a-zA-Z]",
+    "a JSON document": rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[\[{])",
+}
+
+
+def _refuse_foreign_format(path: Path) -> None:
+    """Refuse a file of a known format without a reader."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(2000)
+    except (OSError, ValueError):
+        # the reader of the columns explains why
+        return
+    for name, pattern in _FOREIGN_FORMATS.items():
+        if re.match(pattern, start):
+            raise InputError(
+                f"{path} is {name}, which is not a format that fecontact reads; save the points of the running surface"
+                " as text with the columns y and z in mm"
+            )
 
 
 def _refuse_slices(path: Path, kind: ProfileKind, reading: Reading) -> Profile:
