@@ -258,6 +258,7 @@ def profiles(
     from fecontact.profiles.resolve import (
         WrongKindError,
         header_of_file,
+        looks_like_wheel,
         refuse_unused_reading,
         resolve_rail,
         resolve_wheel,
@@ -286,7 +287,8 @@ def profiles(
             profile = read_wheel().profile
         except InputError as wheel_error:
             # if the file is a wheel with an error, only the error of the wheel helps, not that the file is no rail
-            raise (wheel_error if isinstance(rail_error, WrongKindError) else rail_error) from None
+            is_wheel = isinstance(rail_error, WrongKindError) or looks_like_wheel(profile_file, case.wheel_file)
+            raise (wheel_error if is_wheel else rail_error) from None
     refuse_unused_reading(profile.kind, (profile_file,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
     close = [] if profile.points is None else find_nearest_profiles(profile.points, profile.kind)
     header = header_of_file(profile_file)

@@ -109,6 +109,32 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
     return notes
 
 
+def has_flange_shape(points: Floats) -> bool:
+    """Whether points have the tip of a flange, in any direction of the axes.
+
+    The tip is far from the level of both ends, and narrower than a head.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm, in the order along the profile.
+
+    Returns
+    -------
+    bool
+        False for a head and for a wheel without a flange.
+    """
+    tips = []
+    for sign in (1.0, -1.0):
+        y, z = points[:, 0], sign * points[:, 1]
+        top = int(np.argmax(z))
+        beyond = np.flatnonzero(z < z[top] - _LEAST_FLANGE_DEPTH_MM)
+        before, after = beyond[beyond < top], beyond[beyond > top]
+        if before.size and after.size:
+            tips.append((float(z[top] - max(z[0], z[-1])), abs(float(y[after[0]] - y[before[-1]]))))
+    return bool(tips) and max(tips)[1] < SHORTEST_WHEEL_MM
+
+
 def describe_short_wheel(width_mm: float) -> str:
     """Describe a profile that is too narrow to be the running surface of a wheel."""
     return (

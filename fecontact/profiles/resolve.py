@@ -28,6 +28,7 @@ from fecontact.profiles.library import (
     load_library_profile,
     profile_file,
 )
+from fecontact.profiles.origin import has_flange_shape
 from fecontact.profiles.points import ProfilePoints
 from fecontact.profiles.readers.columns import ColumnSource, file_bytes, find_stated_kind, parse_points, read_header
 from fecontact.profiles.readers.formats import DEFAULT_READER, find_reader
@@ -378,6 +379,28 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
     content = find_reader(path)(path, kind, reading)
     _check_kind(content.kind, spec, kind)
     return content
+
+
+def looks_like_wheel(spec: str, reading: Reading) -> bool:
+    """Whether the points of a file have the shape of a flange, in any direction of the axes.
+
+    Parameters
+    ----------
+    spec
+        Path of a file.
+    reading
+        Options of the wheel file.
+
+    Returns
+    -------
+    bool
+        False for a file that cannot be read, and for a profile of exact segments.
+    """
+    try:
+        content = read_profile_content(spec, "wheel", reading)
+    except InputError:
+        return False
+    return isinstance(content, ProfilePoints) and len(content.points) > 0 and has_flange_shape(content.points)
 
 
 @lru_cache(maxsize=16)

@@ -432,7 +432,7 @@ def _choose_columns(
         signs = [-1.0 if word.startswith("-") else 1.0 for word in words]
         columns = [
             int(word) - 1 if word.isdigit() and len(word) < 4 else stems.index(word) if word in stems else -1
-            for word in (word.removeprefix("-") for word in words)
+            for word in (word.removeprefix("-").removeprefix("+") for word in words)
         ]
         if len(columns) != 2 or columns[0] == columns[1] or not all(0 <= column < count for column in columns):
             raise InputError(
@@ -572,6 +572,8 @@ _MINIPROF_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
 _MINIPROF_MARK = re.compile(
     r'^\s*"?(?:ColumnDef|MPTypeNo|MPSerNo|XYPoints)\s*=|\A#\s*MINI\w*PROF', re.IGNORECASE | re.MULTILINE
 )
+# Sections of files with several profiles (.mpt), which MiniProf for Windows writes.
+_SECTION_LINE = re.compile(r"^[ \t]*\[(FileInfo|Profile\d{1,6}(?:Info|Points))\][ \t]*$", re.IGNORECASE | re.MULTILINE)
 _UNIT_WORDS = {"inch": "in", "inches": "in", "millimeter": "mm", "millimetre": "mm"}
 _OFFSET_KEYS = (("xoffset", "xoff"), ("yoffset", "yoff"))
 _ALIGNMENT_KEYS = ("aligndx", "aligndy", "alignda")
@@ -629,8 +631,9 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
         The file cannot be read, or its header does not define the position of the points. The message has the option
         that answers the question.
     """
-    keys, table_text = _split_miniprof_keys(read_text(path))
     source = ColumnSource(what=str(path), kind=_KIND_BY_SUFFIX.get(path.suffix.lower(), kind), reading=reading)
+    text, section_notes = _select_section(read_text(path), source)
+    keys, table_text = _split_miniprof_keys(text)
     names = ""
     if (columns := keys.get("columndef")) is not None:
         column_names = [name.strip().lower() for name in columns.split(",")]
@@ -648,11 +651,16 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
     if points.size:
         # the following functions compare lengths in mm
         check_size(*points.T, kind=source.kind, label=str(path), unit=reading.units or "mm")
+    given_points = points
     points, direction_notes = _turn_upwards(points, source)
+    # a sign of z, also a plus, keeps the direction of the file
+    y_column, z_column = table.columns.split(",")
+    is_turned = points is not given_points
     points, tape_circle_notes, question = _shift_to_tape_circle(points, keys, source)
     across = "X points to the track centre, so y = -X" if source.kind == "rail" else "y = X"
     remarks = (
         f"MiniProf file: {across}",
+        *section_notes,
         *table.notes,
         *offset_notes,
         *conversion_notes,
@@ -666,9 +674,80 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
         name=path.stem,
         source=str(path),
         notes=remarks,
-        flipped_columns=table.columns,
+        flipped_columns=f"{y_column},+{z_column.removeprefix('-')}" if is_turned else table.columns,
         question=question,
     )
+
+
+def _select_section(text: str, source: ColumnSource) -> tuple[str, list[str]]:
+    """Select the header and the points of a profile in a file of sections.
+
+    Parameters
+    ----------
+    text
+        Text of a file.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    text, notes
+        Lines of the profile, and a note; the unchanged text of a file without sections.
+
+    Raises
+    ------
+    InputError
+        The file has several profiles, and none is chosen, or the chosen one does not exist.
+    """
+    # texts before the first section, then name and lines of each section
+    parts = _SECTION_LINE.split(text)
+    sections = {name.lower(): lines for name, lines in zip(parts[1::2], parts[2::2], strict=True)}
+    numbers = sorted(int(name[7:-4]) for name in sections if re.fullmatch(r"profile\d{1,6}info", name))
+    chosen = source.reading.section
+    if not numbers:
+        if chosen is not None:
+            raise InputError(
+                f"{source.what}: profile {chosen:g} is wanted, but the file has no numbered profiles; leave out"
+                f" --{source.kind}-section (section in [{source.kind}_file])"
+            )
+        return text, []
+    titles = [f"{number}{_name_section(sections[f'profile{number}info'])}" for number in numbers]
+    if chosen not in numbers and (chosen is not None or len(numbers) > 1):
+        wanted = "" if chosen is None else f", and {chosen:g} is none of them"
+        raise InputError(
+            f"{source.what}: the file has {count_text(len(numbers), 'profile')}: {', '.join(titles[:20])}{wanted};"
+            f" {source.remedy('section', float(numbers[0]))} for the first one"
+        )
+    number = int(chosen or numbers[0])
+    lines = f"{sections[f'profile{number}info']}\n{sections.get(f'profile{number}points', '')}"
+    return lines, [f"profile {titles[numbers.index(number)]} of {len(numbers)} in the file"]
+
+
+def _name_section(header_text: str) -> str:
+    """Name of a section from its header, in parentheses; empty without a name."""
+    keys, _ = _split_miniprof_keys(header_text)
+    names = [value for key in ("mpdn", "id", "rail", "side") if (value := keys.get(key, "").lstrip("%"))]
+    return f" ({', '.join(names)[:40]})" if names else ""
+
+
+def is_sectioned(path: Path) -> bool:
+    """Whether a file has sections of MiniProf, each with a profile.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bool
+        False for an unreadable file.
+    """
+    try:
+        with path.open("rb") as file:
+            return _SECTION_LINE.search(file.read(20_000).decode("latin-1")) is not None
+    except (OSError, ValueError):
+        return False
 
 
 def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[str]]:
@@ -688,7 +767,7 @@ def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[st
     points, notes
         Points (n, 2) in mm, and notes.
     """
-    if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith("-"):
+    if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith(("-", "+")):
         return points, []
     y, z = points.T
     if source.kind == "rail":
@@ -787,7 +866,7 @@ def read_header(path: Path) -> InstrumentHeader | None:
     InstrumentHeader or None
         None for a file of another format, and for a file that cannot be read: the reader of its points refuses it.
     """
-    if path.suffix.lower() not in _KIND_BY_SUFFIX and not is_miniprof(path):
+    if is_sectioned(path) or not (path.suffix.lower() in _KIND_BY_SUFFIX or is_miniprof(path)):
         return None
     try:
         keys, _ = _split_miniprof_keys(read_text(path))

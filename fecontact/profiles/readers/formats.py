@@ -22,12 +22,14 @@ from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, ProfilePoints,
 from fecontact.profiles.readers.columns import (
     file_bytes,
     is_miniprof,
+    is_sectioned,
     is_simpack,
     read_columns,
     read_miniprof,
     read_simpack,
     shorten_text,
 )
+from fecontact.profiles.readers.vampire import is_vampire, read_vampire
 from fecontact.profiles.reading import DEFAULT_READING, Reading, suggest_mirroring, suggest_unmirrored
 from fecontact.profiles.segments import Polynomial, Segment, StraightSegment, translate_segment
 
@@ -341,9 +343,18 @@ Reader: TypeAlias = Callable[[Path, ProfileKind, Reading], Profile | ProfilePoin
 def _read_text_file(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Read columns of numbers, or a special format if the content shows it."""
     _refuse_foreign_format(path)
+    if is_sectioned(path) or is_miniprof(path):
+        return read_miniprof(path, kind, reading)
+    if reading.section is not None:
+        raise InputError(
+            f"{path}: profile {reading.section:g} is wanted, but the file has no numbered profiles; leave out"
+            f" --{kind}-section (section in [{kind}_file])"
+        )
+    if is_vampire(path):
+        return read_vampire(path, reading)
     if is_simpack(path):
         return read_simpack(path, reading)
-    return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
+    return read_columns(path, kind, reading)
 
 
 # First bytes of formats that are not read. They have numbers or columns that are no points of a profile.
