@@ -128,8 +128,8 @@ def has_flange_shape(points: Floats) -> bool:
     for sign in (1.0, -1.0):
         y, z = points[:, 0], sign * points[:, 1]
         top = int(np.argmax(z))
-        beyond = np.flatnonzero(z < z[top] - _LEAST_FLANGE_DEPTH_MM)
-        before, after = beyond[beyond < top], beyond[beyond > top]
+        lower = np.flatnonzero(z < z[top] - _LEAST_FLANGE_DEPTH_MM)
+        before, after = lower[lower < top], lower[lower > top]
         if before.size and after.size:
             tips.append((float(z[top] - max(z[0], z[-1])), abs(float(y[after[0]] - y[before[-1]]))))
     return bool(tips) and max(tips)[1] < SHORTEST_WHEEL_MM

@@ -43,7 +43,9 @@ def is_closed(points: Floats) -> bool:
 
 
 def cut_outline(points: Floats, kind: ProfileKind, name: str, flipped_columns: str) -> tuple[Floats, list[str]]:
-    """Cut a closed outline to its running surface, between the widest points of the head or the rim.
+    """Cut a closed outline to its running surface.
+
+    The surface is between the widest points of the head or the rim.
 
     Parameters
     ----------
@@ -86,9 +88,9 @@ def cut_outline(points: Floats, kind: ProfileKind, name: str, flipped_columns: s
     points = np.roll(points, -start, axis=0)
     height = up * points[:, 1]
     top = int(np.argmax(height))
-    beyond = np.flatnonzero(height < height[top] - _SEARCHED_MM[kind])
-    first = int(beyond[beyond < top].max(initial=-1)) + 1
-    last = int(beyond[beyond > top].min(initial=len(points))) - 1
+    deep_points = np.flatnonzero(height < height[top] - _SEARCHED_MM[kind])
+    first = int(deep_points[deep_points < top].max(initial=-1)) + 1
+    last = int(deep_points[deep_points > top].min(initial=len(points))) - 1
     low = first + int(np.argmin(points[first : top + 1, 0]))
     high = top + int(np.argmax(points[top : last + 1, 0]))
     omitted = len(points) - (high + 1 - low)

@@ -460,7 +460,9 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
 
 def _find_origin_refusal(points: Floats, file_points: ProfilePoints, reading: Reading) -> str:
-    """Find the refusal of the origin of a wheel with wrong points, so that one command can answer both questions."""
+    """Find the refusal of the origin of a wheel with wrong points.
+
+    A command can answer both refusals then."""
     if file_points.kind == "rail":
         return ""
     try:
@@ -569,7 +571,7 @@ def _find_corners(points: Floats) -> Integers:
 
 
 def _describe_width(points: Floats, kind: ProfileKind) -> list[str]:
-    """Describe a profile that is narrower than the running surface of any wheel, or than any head.
+    """Describe a profile that is narrower than any tread or any head.
 
     Parameters
     ----------
@@ -858,7 +860,9 @@ def _format_point(point: Floats) -> str:
 
 
 def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> tuple[Floats, list[str]]:
-    """Check the gaps between points, and fill the gaps where no contact is possible, or cut the profile there.
+    """Check the gaps between points.
+
+    A gap where no contact is possible is filled, or the profile is cut there.
 
     Parameters
     ----------
@@ -920,7 +924,7 @@ def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> tuple[Floats
 
 
 def _find_reachable(points: Floats, kind: ProfileKind) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Find the chords that a contact can reach, and the chords of steep sides and chamfers.
+    """Find the chords within the reach of a contact, and steep chords.
 
     No contact is on the chamfer of a tread, far below the top of a head, and on the back of a flange.
 

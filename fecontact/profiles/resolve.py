@@ -382,7 +382,7 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
 
 
 def looks_like_wheel(spec: str, reading: Reading) -> bool:
-    """Whether the points of a file have the shape of a flange, in any direction of the axes.
+    """Whether the points of a file have a flange, in any direction of the axes.
 
     Parameters
     ----------

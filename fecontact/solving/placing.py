@@ -253,7 +253,7 @@ def _add_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
 
 
 def _add_gauge_note(rail: Profile, spec: str, case: Case) -> Profile:
-    """Add a note to a rail if the header of its file contradicts the gauge of the track that places it."""
+    """Add a note to a rail if its header contradicts the gauge of the track."""
     note = "" if case.track.rail_crown_y_mm is not None else gauge_note(spec, case.track.gauge_mm)
     return replace(rail, notes=(*rail.notes, note)) if note else rail
 

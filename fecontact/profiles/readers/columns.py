@@ -713,9 +713,9 @@ def _select_section(text: str, source: ColumnSource) -> tuple[str, list[str]]:
         return text, []
     titles = [f"{number}{_name_section(sections[f'profile{number}info'])}" for number in numbers]
     if chosen not in numbers and (chosen is not None or len(numbers) > 1):
-        wanted = "" if chosen is None else f", and {chosen:g} is none of them"
+        missing = "" if chosen is None else f", and {chosen:g} is none of them"
         raise InputError(
-            f"{source.what}: the file has {count_text(len(numbers), 'profile')}: {', '.join(titles[:20])}{wanted};"
+            f"{source.what}: the file has {count_text(len(numbers), 'profile')}: {', '.join(titles[:20])}{missing};"
             f" {source.remedy('section', float(numbers[0]))} for the first one"
         )
     number = int(chosen or numbers[0])

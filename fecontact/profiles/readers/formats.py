@@ -371,7 +371,7 @@ _FOREIGN_FORMATS: dict[str, bytes] = {
 
 
 def _refuse_foreign_format(path: Path) -> None:
-    """Refuse a file of a known format without a reader."""
+    """Refuse a file of a format that has no reader."""
     try:
         with path.open("rb") as file:
             start = file.read(2000)

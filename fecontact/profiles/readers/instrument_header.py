@@ -111,7 +111,13 @@ class InstrumentHeader:
         return self.track_gauge_mm if self.track_gauge_mm is not None and low <= self.track_gauge_mm <= high else None
 
     def describe(self) -> str:
-        """Describe all entries in a line; empty without entries."""
+        """Describe all entries in a line.
+
+        Returns
+        -------
+        str
+            Names, values and units; empty without entries.
+        """
         words = {name: label for name, (_, label) in (_TEXTS | _LENGTHS).items()}
         return ", ".join(
             f"{words[name]} {value}" if isinstance(value, str) else f"{words[name]} {value:g} mm"
@@ -224,9 +230,9 @@ def measure_flange(points: Floats) -> dict[str, float]:
         return {}
     places = []
     for height in heights:
-        above = int(np.argmax(face_z > height))
-        part = slice(above - 1, above + 1)
-        places.append(float(np.interp(height, face_z[part], face_y[part])))
+        upper = int(np.argmax(face_z > height))
+        chord = slice(upper - 1, upper + 1)
+        places.append(float(np.interp(height, face_z[chord], face_y[chord])))
     return {"sd": places[0], "sh": tread_mm - float(z[tip]), "qr": places[0] - places[1]}
 
 
@@ -256,9 +262,9 @@ def compare_flange(header: InstrumentHeader, points: Floats, back_mm: float) -> 
         "qR": (header.flange_gradient_mm, measured["qr"]),
     }
     different = [
-        f"{name} = {value:g} mm instead of {own:.2f} mm"
-        for name, (value, own) in values.items()
-        if value is not None and abs(value - own) > _LARGEST_DIFFERENCE_MM
+        f"{name} = {value:g} mm instead of {on_points:.2f} mm"
+        for name, (value, on_points) in values.items()
+        if value is not None and abs(value - on_points) > _LARGEST_DIFFERENCE_MM
     ]
     if not different:
         return []

@@ -27,7 +27,7 @@ _LEFT, _RIGHT = "1,2", "3,4"
 
 
 def is_vampire(path: Path) -> bool:
-    """Whether the first word of a file is that of VAMPIRE's profiles.
+    """Whether a file begins with a word of VAMPIRE's profiles.
 
     Parameters
     ----------
@@ -47,7 +47,9 @@ def is_vampire(path: Path) -> bool:
 
 
 def read_vampire(path: Path, reading: Reading) -> ProfilePoints:
-    """Points of a VAMPIRE file, of its right side unless the columns of the left side are given.
+    """Points of a VAMPIRE file.
+
+    They are those of the right side, unless the columns of the left side are given.
 
     Parameters
     ----------
@@ -89,8 +91,8 @@ def read_vampire(path: Path, reading: Reading) -> ProfilePoints:
         tape_circle_mm = _read_tape_circle_mm(header, path)
         y, z = y - tape_circle_mm, -table.z
         notes.append(f"y counts from the track centre: the tape circle is at y = {tape_circle_mm:g} mm of the file")
-    given = ColumnSource(what=str(path), kind=kind, reading=reading)
-    points, conversion_notes = convert_to_mm(y, z, reading.units, given)
+    point_source = ColumnSource(what=str(path), kind=kind, reading=reading)
+    points, conversion_notes = convert_to_mm(y, z, reading.units, point_source)
     return ProfilePoints(
         points=points,
         kind=kind,
