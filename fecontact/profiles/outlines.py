@@ -10,9 +10,9 @@ from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import ProfileKind
 from fecontact.profiles.reading import suggest_option
 
-# An outline is closed if its ends are as close as this, in multiples of its longest chord or in mm, and if it encloses
-# this fraction of its bounding box. A head that is measured to its lower edges has ends 70 mm apart.
-_CLOSED_CHORDS, _CLOSED_MM, _ENCLOSED_SHARE = 1.2, 3.0, 0.25
+# An outline is closed if its ends are as close as this, in multiples of the chords next to them or in mm, and if it
+# encloses this fraction of its bounding box. A head that is measured to its web has ends 15 mm apart.
+_CLOSED_CHORDS, _CLOSED_MM, _ENCLOSED_SHARE = 2.0, 3.0, 0.15
 # Part of a section, from the top of the rail or from the tip of the flange, in which the sides are searched. The web
 # and the foot of a rail, and the disc and the hub of a wheel, are beyond.
 _SEARCHED_MM = {"rail": 45.0, "wheel": 75.0}
@@ -35,10 +35,11 @@ def is_closed(points: Floats) -> bool:
     bool
         Whether both ends meet and the outline has an inside.
     """
-    widest = float(np.hypot(*np.diff(points, axis=0).T).max())
+    chords = np.hypot(*np.diff(points, axis=0).T)
+    near_ends = float(max(chords[:3].max(), chords[-3:].max()))
     gap = float(np.hypot(*(points[-1] - points[0])))
     box = float(np.ptp(points[:, 0]) * np.ptp(points[:, 1]))
-    is_meeting = gap <= max(_CLOSED_CHORDS * widest, _CLOSED_MM)
+    is_meeting = gap <= max(_CLOSED_CHORDS * near_ends, _CLOSED_MM)
     return bool(is_meeting and abs(_compute_area(points)) > _ENCLOSED_SHARE * box)
 
 
