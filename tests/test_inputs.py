@@ -138,6 +138,10 @@ def file(body: str) -> dict[tuple[str, str], Row]:
             "repair", f"--{body}-repair", True, True, "maybe", "maybe",
             "repair is 'maybe'; allowed: yes or no", ": yes or no; default no",
         ),
+        (table, "section"): Row(
+            "section", f"--{body}-section", 2, 2.0, 0, 0.0,
+            "number of the profile is 0.0; allowed: 1 to 10000", ": no unit, 1 to 10000; default none",
+        ),
     }  # fmt: skip
 
 

@@ -255,7 +255,14 @@ def profiles(
     from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines, profile_record
     from fecontact.profiles.library import find_in_folder, refuse_unknown_profile
     from fecontact.profiles.recognition import find_nearest_profiles
-    from fecontact.profiles.resolve import WrongKindError, refuse_unused_reading, resolve_rail, resolve_wheel
+    from fecontact.profiles.resolve import (
+        WrongKindError,
+        header_of_file,
+        looks_like_wheel,
+        refuse_unused_reading,
+        resolve_rail,
+        resolve_wheel,
+    )
     from fecontact.profiles.writers import csv_text, refuse_other_endings
 
     if write is not None:
@@ -281,16 +288,18 @@ def profiles(
             profile = read_wheel().profile
         except InputError as wheel_error:
             # if the file is a wheel with an error, only the error of the wheel helps, not that the file is no rail
-            raise (wheel_error if isinstance(rail_error, WrongKindError) else rail_error) from None
+            is_wheel = isinstance(rail_error, WrongKindError) or looks_like_wheel(profile_file, case.wheel_file)
+            raise (wheel_error if is_wheel else rail_error) from None
     refuse_unused_reading(profile.kind, (profile_file,), case.wheel_file if profile.kind == "wheel" else case.rail_file)
     close = [] if profile.points is None else find_nearest_profiles(profile.points, profile.kind)
+    header = header_of_file(profile_file)
     with reporting_replaced_files(write):
         written_file = None if write is None else write_text(write, csv_text(profile))
     with reporting_replaced_files(out):
         picture = None if out is None else draw_profile(profile, out)
     print_answer(
-        profile_record(profile, close),
-        lambda _: profile_lines(profile, close),
+        profile_record(profile, close, header),
+        lambda _: profile_lines(profile, close, header),
         json=json,
         picture=picture,
         written=written_file,

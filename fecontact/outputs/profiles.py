@@ -21,6 +21,7 @@ from fecontact.profiles.segments import Arc, Segment, SmoothingResult, StraightS
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from fecontact.profiles.readers.instrument_header import InstrumentHeader
     from fecontact.profiles.recognition import ProfileMatch
 
 
@@ -107,8 +108,10 @@ def library_lines(records: Sequence[Record]) -> OutputLines:
     yield "Also allowed: circle:R and arcs:R/R@D (rails), cylinder:R (wheel), in mm, or the path of a profile file."
 
 
-def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -> Record:
-    """Record of a profile: junctions, smoothing, and nearest profiles of the library.
+def profile_record(
+    profile: Profile, nearest_profiles: Sequence[ProfileMatch], header: InstrumentHeader | None = None
+) -> Record:
+    """Record of a profile: junctions, smoothing, header, and nearest profiles of the library.
 
     Parameters
     ----------
@@ -116,6 +119,8 @@ def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -
         Profile.
     nearest_profiles
         Profiles of the library, the nearest first.
+    header
+        Header of the file; None for a file without a header of an instrument.
 
     Returns
     -------
@@ -128,6 +133,7 @@ def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -
         **select_attributes(profile, "name kind source length_mm"),
         **dict(zip(_RANGE_KEYS, profile.y_range_mm, strict=True)),
         "notes": list(profile.notes),
+        "header": None if header is None else header.columns,
         "smoothed": None if measured is None else select_attributes(measured, "nominal filter_mm noise_mm"),
         "junctions": [
             select_attributes(junction, "y_mm z_mm curvature_left_per_mm curvature_right_per_mm turn_rad")
@@ -141,7 +147,9 @@ def profile_record(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -
     }
 
 
-def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) -> OutputLines:
+def profile_lines(
+    profile: Profile, nearest_profiles: Sequence[ProfileMatch], header: InstrumentHeader | None = None
+) -> OutputLines:
     """Iterate over the outputs of a profile: segments, curvature junctions and nearest library profile.
 
     Parameters
@@ -150,6 +158,8 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) ->
         Profile.
     nearest_profiles
         Profiles of the library, the nearest first.
+    header
+        Header of the file; None for a file without a header of an instrument.
 
     Returns
     -------
@@ -161,6 +171,8 @@ def profile_lines(profile: Profile, nearest_profiles: Sequence[ProfileMatch]) ->
     yield f"{name}: y from {low:.3f} to {high:.3f} mm, {length_text}"
     if profile.source:
         yield f"source: {profile.source}"
+    if header is not None and (entries := header.describe()):
+        yield f"header: {entries}"
     yield from note_lines(profile.notes)
     segment_rows = []
     for place, segment in enumerate(profile.segments, start=1):

@@ -177,14 +177,55 @@ def place_rail(profile: Profile, inclination_rad: float, track: Track) -> RailPo
         from_origin = float(at_origin.point(np.array(middle), np.array(float(points.z.max())))[0])
         crown_y = track.rail_crown_y_mm - (0.0 if abs(middle) < _SEARCH_STEP_MM else from_origin)
     else:
-        gauge_z = z_top - track.gauge_depth_mm
-        u_gauge = profile.locate(gauge_z, angle_rad=0.5 * np.pi - inclination_rad)
-        if not np.isfinite(u_gauge):
+        gauge_y = _find_narrowest_y(at_origin, u[: top + 1], z_top - track.gauge_depth_mm)
+        if gauge_y is None:
             raise InputError(
                 _gauge_side_message(profile, z_top - float(z[0]), z_top - float(z[-1]), track.gauge_depth_mm)
             )
-        crown_y = 0.5 * track.gauge_mm - float(at_origin.section(u_gauge)[0])
+        crown_y = 0.5 * track.gauge_mm - gauge_y
     return RailPose(profile=profile, inclination_rad=inclination_rad, crown_y_mm=crown_y, crown_z_mm=-z_top)
+
+
+def _find_narrowest_y(rail: RailPose, u: Floats, gauge_z_mm: float) -> float | None:
+    """Lateral position (mm) of the gauge point: the narrowest place of the gauge side down to the gauge plane.
+
+    Parameters
+    ----------
+    rail
+        Rail in the track frame.
+    u
+        Parameters (n,) from the end of the gauge side to the highest point.
+    gauge_z_mm
+        Height of the gauge plane (mm).
+
+    Returns
+    -------
+    float or None
+        Position in mm; None if the side ends above the gauge plane and was not cut at its widest point.
+    """
+    y, z, _ = rail.section(u)
+    u_plane = rail.profile.locate(gauge_z_mm, angle_rad=0.5 * np.pi - rail.inclination_rad)
+    at_plane_mm = float(rail.section(u_plane)[0]) if np.isfinite(u_plane) else np.inf
+    is_above = z >= gauge_z_mm
+    if not is_above.any():
+        return None
+    narrowest = int(np.argmin(np.where(is_above, y, np.inf)))
+    # without the rounding of a vertical side, so that the gauge point of an exact profile is on the gauge plane
+    if y[narrowest] < at_plane_mm - _LEVEL_TOLERANCE_MM:
+        ends = u[[max(narrowest - 1, 0)]], u[[min(narrowest + 1, u.size - 1)]]
+
+        def lean(v: Floats) -> Floats:
+            return np.cos(rail.section(v)[2])
+
+        (u_narrowest,) = find_sign_changes(lean, *ends, *map(lean, ends))
+        at_plane_mm = min(float(rail.section(u_narrowest)[0]), float(y[narrowest]))
+    if z[0] <= gauge_z_mm:
+        return at_plane_mm
+    # a measured side that is cut where it turns in is not wider below its end; smoothing moves the end by up to 0.3 mm
+    if (end := rail.profile.gauge_side_end_mm) is not None:
+        end_mm = float(rail.point(np.array(end[0]), np.array(end[1]))[0])
+        return end_mm if narrowest == 0 else min(end_mm, at_plane_mm)
+    return None
 
 
 def _gauge_side_message(profile: Profile, gauge_side_mm: float, field_side_mm: float, depth_mm: float) -> str:

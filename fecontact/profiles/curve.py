@@ -125,6 +125,9 @@ class Profile:
         Points in mm through which the profile was made, exact or smoothed; None for a profile without points.
     problems
         Points of a file that were left out on request, and doubtful points that were kept.
+    gauge_side_end_mm
+        Widest measured point (y, z) of a head, at which its gauge side was cut because it turns in below; None if it
+        was not cut.
 
     Raises
     ------
@@ -150,6 +153,7 @@ class Profile:
     measured: SmoothingResult | None = None
     points: Floats | None = None
     problems: tuple[PointProblem, ...] = ()
+    gauge_side_end_mm: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse a profile without segments, and segments with gaps of more than `JOINT_GAP_MM`."""
@@ -764,7 +768,8 @@ def check_shape(
         ):
             raise InputError(
                 f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
-                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail"
+                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. A"
+                " crossing nose with its wing rail is not a known shape"
             )
         # a head is above the chord between its ends, even if it is canted, worn or half
         middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])

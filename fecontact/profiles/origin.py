@@ -14,6 +14,9 @@ from fecontact.profiles.reading import Reading, suggest_option
 
 # Least extent of a profile on both sides of its tape circle.
 _LEAST_INSIDE_MM = 1.0
+# Least width of the running surface of a wheel: treads without a flange have 60 mm, with a flange 120 to 145 mm.
+SHORTEST_WHEEL_MM = 40.0
+"""Least width of the running surface of a wheel."""
 # Least depth of a flange below the tread. Flanges of trams have 15 to 20 mm.
 _LEAST_FLANGE_DEPTH_MM = 12.0
 # Position of the tip of a flange from the tape circle: -55 mm on most wheels, -49 to -60 mm on measured wheels.
@@ -64,20 +67,31 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
         usual_text = f"{_ALLOWED_TIP_MM[0]:g} to {_ALLOWED_TIP_MM[1]:g} mm from the tape circle y = 0"
         # users who give the tape circle are aware of an unusual flange
         if reading.tape_circle_mm is None:
+            # a tape circle outside the profile is no answer
+            unusual = f", or {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
             raise InputError(
-                f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}, or"
-                f" {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
+                f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}"
+                f"{unusual if inside else ''}"
             )
         notes.append(f"{tip_text}; usual: {usual_text}")
     if not inside:
         ends = sorted(_locate_in_file(float(end), reading) for end in (y.min(), y.max()))
+        width = ends[1] - ends[0]
+        if width < SHORTEST_WHEEL_MM:
+            raise InputError(
+                f"{label}: {describe_short_wheel(width)}; allowed: at least {SHORTEST_WHEEL_MM:g} mm; give the whole"
+                " running surface, or, for a roller that has its radius in the middle of the points,"
+                f" {suggest_option(kind, 'tape_circle_mm', round(0.5 * sum(ends), 1))}"
+            )
+        lowest, highest = ends[0] + _LEAST_INSIDE_MM, ends[1] - _LEAST_INSIDE_MM
+        example_mm = _USUAL_FROM_BACK_MM if lowest <= _USUAL_FROM_BACK_MM <= highest else float(round(0.5 * sum(ends)))
         raise InputError(
             f"{label}: the tape circle y = 0 is outside the profile or at its end, y = {y.min():.4g} to "
             f"{y.max():.4g} mm;"
             f" allowed: at least {_LEAST_INSIDE_MM:g} mm within the profile; give the y of the file at which the"
             " rolling"
-            f" radius is measured, {ends[0] + _LEAST_INSIDE_MM:.4g} to {ends[1] - _LEAST_INSIDE_MM:.4g} mm, with"
-            " --wheel-tape-circle-mm (tape_circle_mm in [wheel_file])"
+            f" radius is measured, {lowest:.4g} to {highest:.4g} mm, with --wheel-tape-circle-mm (tape_circle_mm in"
+            f" [wheel_file]); for example, {suggest_option(kind, 'tape_circle_mm', example_mm)}"
         )
     if reading.tape_circle_z_mm is not None:
         return [*notes, f"the wheel has its rolling radius at z = {reading.tape_circle_z_mm:g} mm of the file"]
@@ -94,6 +108,40 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
             f"the profile has z = {height:.4g} mm at the tape circle y = 0, not 0: check the origin of the file"
         )
     return notes
+
+
+def has_flange_shape(points: Floats) -> bool:
+    """Whether points have the tip of a flange, in any direction of the axes.
+
+    The tip is far from the level of both ends, and narrower than a head.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm, in the order along the profile.
+
+    Returns
+    -------
+    bool
+        False for a head and for a wheel without a flange.
+    """
+    tips = []
+    for sign in (1.0, -1.0):
+        y, z = points[:, 0], sign * points[:, 1]
+        top = int(np.argmax(z))
+        lower = np.flatnonzero(z < z[top] - _LEAST_FLANGE_DEPTH_MM)
+        before, after = lower[lower < top], lower[lower > top]
+        if before.size and after.size:
+            tips.append((float(z[top] - max(z[0], z[-1])), abs(float(y[after[0]] - y[before[-1]]))))
+    return bool(tips) and max(tips)[1] < SHORTEST_WHEEL_MM
+
+
+def describe_short_wheel(width_mm: float) -> str:
+    """Describe a profile that is too narrow to be the running surface of a wheel."""
+    return (
+        f"the profile is {width_mm:.0f} mm wide, too narrow for the running surface of a wheel: a roller, or a part of"
+        " a profile"
+    )
 
 
 def _is_flange(y: Floats, z: Floats, tread: float) -> bool:

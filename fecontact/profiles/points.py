@@ -16,7 +16,8 @@ from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import LARGEST_COORDINATE_MM, Profile, ProfileKind, check_shape
-from fecontact.profiles.origin import check_origin
+from fecontact.profiles.origin import SHORTEST_WHEEL_MM, check_origin, describe_short_wheel
+from fecontact.profiles.outlines import cut_outline
 from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noise_mm, estimate_scatter
 from fecontact.profiles.point_problems import PointProblem, compute_turning_angles, find_crossings, find_disorder
 from fecontact.profiles.reading import Reading, suggest_option
@@ -342,6 +343,11 @@ _SIDE_DEPTH_MM, _SIDE_SLOPE_RAD = 16.0, 1.0
 _REPEATED_POINT_MM = 1e-9
 
 
+_UNKNOWN_SHAPE = ". Several bodies in a file, such as a crossing nose with its wing rail, are not a known shape"
+# The narrowest heads, of light rails, have 40 mm at the depth at which the gauge is measured.
+_NARROWEST_HEAD_MM, _WIDTH_DEPTH_MM = 38.0, 14.0
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ProfilePoints:
     """Points along a running surface, before a profile is made of them.
@@ -356,6 +362,10 @@ class ProfilePoints:
         Assumptions; points that were left out, and doubtful points.
     flipped_columns
         Columns option for the file with the opposite sign of z.
+    gauge_side_end_mm
+        Widest point (y, z) of a head, at which its gauge side was cut; None if it was not cut.
+    question
+        Refusal of a file whose header does not define the origin; empty if the origin is known.
     """
 
     points: Floats
@@ -365,6 +375,8 @@ class ProfilePoints:
     notes: tuple[str, ...] = ()
     problems: tuple[PointProblem, ...] = ()
     flipped_columns: str = "1,-2"
+    gauge_side_end_mm: tuple[float, float] | None = None
+    question: str = ""
 
 
 def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
@@ -405,13 +417,22 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
             f"{name}: there are {count_text(len(points), 'different point')}; allowed: {FEWEST_POINTS} to "
             f"{_LARGEST_POINT_COUNT}; give a point every 0.1 to 0.5 mm"
         )
+    points, cut_remarks = cut_outline(points, file_points.kind, name, file_points.flipped_columns)
     if points[-1, 0] < points[0, 0]:
         points = points[::-1]
         remarks.append("the points are in the order of decreasing y: their order is reversed")
 
-    points, cut_remarks = _cut_turned_in_ends(points, file_points.kind)
+    outline_end_mm = (float(points[0, 0]), float(points[0, 1])) if cut_remarks and file_points.kind == "rail" else None
+    points, end_remarks, gauge_side_end_mm = _cut_turned_in_ends(points, file_points.kind)
     # the shape of a profile that turns back is undefined, so wrong points are removed first
-    points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
+    try:
+        points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
+    except InputError as error:
+        if question := file_points.question or _find_origin_refusal(points, file_points, reading):
+            raise InputError(f"{question}; and {error}") from None
+        raise
+    if file_points.question:
+        raise InputError(file_points.question)
     check_shape(
         *points.T,
         kind=file_points.kind,
@@ -421,13 +442,34 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
         is_mirrored=bool(reading.mirror),
     )
     points = points - (0.0, reading.tape_circle_z_mm or 0.0)
-    remarks += [*cut_remarks, *repair_remarks, *_check_spacing(points, file_points.kind, name)]
+    points, gap_remarks = _check_spacing(points, file_points.kind, name)
+    remarks += [*cut_remarks, *end_remarks, *repair_remarks, *gap_remarks]
     remarks += [
         *_describe_assumptions(file_points.kind),
+        *_describe_width(points, file_points.kind),
         *check_origin(points, file_points.kind, reading, name),
         *_describe_kinks(points),
     ]
-    return replace(file_points, points=points, notes=tuple(remarks), problems=problems)
+    return replace(
+        file_points,
+        points=points,
+        notes=tuple(remarks),
+        problems=problems,
+        gauge_side_end_mm=gauge_side_end_mm or outline_end_mm,
+    )
+
+
+def _find_origin_refusal(points: Floats, file_points: ProfilePoints, reading: Reading) -> str:
+    """Find the refusal of the origin of a wheel with wrong points.
+
+    A command can answer both refusals then."""
+    if file_points.kind == "rail":
+        return ""
+    try:
+        check_origin(points - (0.0, reading.tape_circle_z_mm or 0.0), file_points.kind, reading, file_points.name)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def measure_spacing_mm(points: Floats) -> float:
@@ -519,12 +561,42 @@ def build_profile(
         measured=measured,
         points=file_points.points,
         problems=file_points.problems,
+        gauge_side_end_mm=file_points.gauge_side_end_mm,
     )
 
 
 def _find_corners(points: Floats) -> Integers:
     """Find the indices of the points with an angle of a corner."""
     return np.flatnonzero(np.abs(compute_turning_angles(points)) > SPLIT_ANGLE_RAD) + 1
+
+
+def _describe_width(points: Floats, kind: ProfileKind) -> list[str]:
+    """Describe a profile that is narrower than any tread or any head.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    list of str
+        Notes.
+    """
+    y, z = points.T
+    if kind == "wheel":
+        width = float(np.ptp(y))
+        return [describe_short_wheel(width)] if width < SHORTEST_WHEEL_MM else []
+    level = float(z.max()) - _WIDTH_DEPTH_MM
+    width = float(np.ptp(y[z >= level]))
+    if max(z[0], z[-1]) > level or width >= _NARROWEST_HEAD_MM:
+        return []
+    return [
+        f"the profile is {width:.0f} mm wide {_WIDTH_DEPTH_MM:g} mm below its top, narrower than any rail head: a"
+        " crossing nose, a switch tongue or a part of a head is taken as a rail that is equal along the track"
+    ]
 
 
 def _describe_kinks(points: Floats) -> list[str]:
@@ -584,7 +656,7 @@ def drop_close_points(points: Floats, closest_mm: float) -> Floats:
     return np.array(kept_points)
 
 
-def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list[str]]:
+def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list[str], tuple[float, float] | None]:
     """Cut the ends of a profile that turn in beyond its widest points.
 
     A wheel or a rail that approaches from above or below does not touch such an end behind the widest point.
@@ -598,8 +670,9 @@ def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list
 
     Returns
     -------
-    points, notes
-        Remaining points (m, 2) in mm, and notes on the omitted ends.
+    points, notes, gauge_side_end_mm
+        Remaining points (m, 2) in mm, notes on the omitted ends, and the widest point of a head if its gauge side was
+        cut there.
     """
     y = _filter_single_points(points[:, 0])
     # the foot of a complete section is wider than its head
@@ -607,9 +680,11 @@ def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list
     low, high = (_find_widest(points[:, 0], int(near[np.argmin(side * y[near])]), side) for side in (1.0, -1.0))
     middle, turned_in = 0.5 * (y[low] + y[high]), max(_LEAST_TURN_IN_MM, _NOISE_SIGMAS * estimate_noise_mm(points))
     first, last, remarks = 0, len(points) - 1, []
-    if low < high and y[low] + turned_in < y[: low + 1].max() < middle:
+    # a foot is below both, and may begin or end anywhere
+    deep = (points[:, 1] < points[:, 1].max() - _HEAD_DEPTH_MM) & (kind == "rail")
+    if low < high and y[low] + turned_in < y[: low + 1].max() and (y[: low + 1].max() < middle or deep[:low].any()):
         first = low
-    if low < high and y[high] - turned_in > y[high:].min() > middle:
+    if low < high and y[high] - turned_in > y[high:].min() and (y[high:].min() > middle or deep[high:].any()):
         last = high
     for end, omitted in ((first, first), (last, len(points) - 1 - last)):
         if omitted:
@@ -617,7 +692,8 @@ def _cut_turned_in_ends(points: Floats, kind: ProfileKind) -> tuple[Floats, list
                 f"the profile turns in beyond its widest point {_format_point(points[end])}: "
                 f"{count_text(omitted, 'point')} cut off"
             )
-    return points[first : last + 1], remarks
+    widest = (float(points[first, 0]), float(points[first, 1])) if first and kind == "rail" else None
+    return points[first : last + 1], remarks, widest
 
 
 def _find_widest(y: Floats, near: int, side: float) -> int:
@@ -665,7 +741,8 @@ def _remove_wrong_points(
             large = [problem for problem in problems if problem.what != "spike" or abs(problem.size_mm) > tiny]
             too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
             if large and (too_many or not repair):
-                raise InputError(_explain_refusal(large, file_points, repair=repair, too_many=too_many))
+                is_remedy = not (repair or too_many) and _can_repair(points, file_points)
+                raise InputError(_explain_refusal(large, file_points, is_remedy=is_remedy, too_many=too_many))
             if too_many:
                 break
             # points out of order are searched again among their new neighbours
@@ -727,7 +804,18 @@ def _estimate_local_noise(points: Floats) -> Floats:
     return _NOISE_SIGMAS * np.pad(local, 2, "edge")
 
 
-def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *, repair: bool, too_many: bool) -> str:
+def _can_repair(points: Floats, file_points: ProfilePoints) -> bool:
+    """Whether a profile remains if the wrong points are removed."""
+    try:
+        _remove_wrong_points(points, file_points, repair=True)
+    except InputError:
+        return False
+    return True
+
+
+def _explain_refusal(
+    problems: list[PointProblem], file_points: ProfilePoints, *, is_remedy: bool, too_many: bool
+) -> str:
     """Explain the refusal of wrong points, with the remedy.
 
     Parameters
@@ -736,8 +824,8 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
         Problems of points.
     file_points
         Points of the file.
-    repair
-        Whether the removal was requested.
+    is_remedy
+        Whether the removal of the points helps.
     too_many
         Whether more points are wrong than may be removed.
 
@@ -754,14 +842,12 @@ def _explain_refusal(problems: list[PointProblem], file_points: ProfilePoints, *
             return (
                 f"{text}; the columns y and z are exchanged: {suggest_option(file_points.kind, 'columns', f'{z},{y}')}"
             )
-    mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" * (
-        not (repair or too_many)
-    )
+    mend = f", or {suggest_option(file_points.kind, 'repair', 'yes')} to leave such points out" if is_remedy else ""
     if problems[0].what == "spike":
         return f"{text}; {'correct the file' if mend else 'measure the profile again'}{mend}"
     return (
         f"{text}; give each point of the running surface once, in the order along the profile, without the inside of"
-        f" the body{mend}"
+        f" the body{mend or _UNKNOWN_SHAPE}"
     )
 
 
@@ -773,8 +859,10 @@ def _format_point(point: Floats) -> str:
     return f"({point[0]:.4g}, {point[1]:.4g}) mm"
 
 
-def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
+def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> tuple[Floats, list[str]]:
     """Check the gaps between points.
+
+    A gap where no contact is possible is filled, or the profile is cut there.
 
     Parameters
     ----------
@@ -787,8 +875,8 @@ def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
 
     Returns
     -------
-    list of str
-        Notes.
+    points, notes
+        Points (m, 2) in mm, and notes.
 
     Raises
     ------
@@ -804,12 +892,22 @@ def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
     typical = float(np.median(chord))
     largest_gap_mm = max(2.0, 10.0 * typical)
     remarks = []
-    for gap in np.flatnonzero((chord > largest_gap_mm) & _is_out_of_reach(points, kind)):
+    is_reachable, is_side = _find_reachable(points, kind)
+    first, last = 0, len(points) - 1
+    for gap in np.flatnonzero((chord > largest_gap_mm) & ~is_reachable):
+        action = "filled by a straight segment"
+        if not is_side[gap]:
+            # the profile beyond the gap may belong to a different part of the body
+            action = "the profile is cut there"
+            if is_reachable[:gap].any():
+                last = min(last, int(gap))
+            else:
+                first = int(gap) + 1
         remarks.append(
-            f"a gap of {chord[gap]:.2f} mm after {_format_point(points[gap])}, where no contact is possible: filled by"
-            " a straight segment"
+            f"a gap of {chord[gap]:.2f} mm after {_format_point(points[gap])}, where no contact is possible: {action}"
         )
         chord[gap] = 0.0
+    points, chord = points[first : last + 1], chord[first:last]
     widest = int(chord.argmax())
     if chord[widest] > largest_gap_mm:
         raise InputError(
@@ -822,13 +920,13 @@ def _check_spacing(points: Floats, kind: ProfileKind, name: str) -> list[str]:
             f"points are up to {chord[widest]:.2g} mm apart, at {_format_point(points[widest])}: smaller features are"
             " missed"
         )
-    return remarks
+    return points, remarks
 
 
-def _is_out_of_reach(points: Floats, kind: ProfileKind) -> NDArray[np.bool_]:
-    """Whether chords of points (n, 2) are where no contact can be.
+def _find_reachable(points: Floats, kind: ProfileKind) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Find the chords within the reach of a contact, and steep chords.
 
-    Such chords are on chamfers, sides of heads and backs of flanges.
+    No contact is on the chamfer of a tread, far below the top of a head, and on the back of a flange.
 
     Parameters
     ----------
@@ -839,16 +937,18 @@ def _is_out_of_reach(points: Floats, kind: ProfileKind) -> NDArray[np.bool_]:
 
     Returns
     -------
-    ndarray of bool
-        Answer (n - 1,) for each chord.
+    is_reachable, is_side : ndarray of bool
+        Answers (n - 1,) for each chord.
     """
     (y, z), (dy, dz) = points.T, np.diff(points, axis=0).T
     steep = np.arctan2(np.abs(dz), np.abs(dy))
     if kind == "rail":
         deep = z < z.max() - _SIDE_DEPTH_MM
-        return np.asarray(deep[:-1] & deep[1:] & (steep > _SIDE_SLOPE_RAD))
+        return ~(deep[:-1] & deep[1:]), steep > _SIDE_SLOPE_RAD
     behind = y <= y[np.argmin(z)]
-    return np.asarray(((y[:-1] > _TREAD_END_MM) & (steep > _CHAMFER_RAD)) | (behind[:-1] & behind[1:]))
+    is_back = behind[:-1] & behind[1:]
+    is_chamfer = (y[:-1] > _TREAD_END_MM) & (steep > _CHAMFER_RAD)
+    return ~(is_back | is_chamfer), is_back | is_chamfer
 
 
 def _describe_assumptions(kind: ProfileKind) -> list[str]:

@@ -29,6 +29,8 @@ class Reading:
         Settings of the smoothing of measured points (`profiles.smoothing`).
     repair
         Whether wrong points are left out instead of refused (`profiles.points`).
+    section
+        Number of the profile, from 1, in a file of several profiles.
 
     Examples
     --------
@@ -90,6 +92,14 @@ class Reading:
         label="nominal profile",
     )
     repair: bool = flag_field("Leave out wrong points of the file, and list them", alone=False)
+    section: float | None = number_field(
+        None,
+        "Number of the profile, from 1, in a MiniProf file of several profiles",
+        label="number of the profile",
+        low=1.0,
+        high=10000.0,
+        remedy="the first profile is 1",
+    )
 
 
 DEFAULT_READING = Reading()

@@ -28,9 +28,11 @@ from fecontact.profiles.library import (
     load_library_profile,
     profile_file,
 )
+from fecontact.profiles.origin import has_flange_shape
 from fecontact.profiles.points import ProfilePoints
-from fecontact.profiles.readers.columns import ColumnSource, file_bytes, header_radius_mm, parse_points
+from fecontact.profiles.readers.columns import ColumnSource, file_bytes, find_stated_kind, parse_points, read_header
 from fecontact.profiles.readers.formats import DEFAULT_READER, find_reader
+from fecontact.profiles.readers.instrument_header import InstrumentHeader
 from fecontact.profiles.reading import (
     ARCS_PREFIX,
     CIRCLE_PREFIX,
@@ -146,6 +148,33 @@ def resolve_wheel(spec: str, reading: Reading = DEFAULT_READING) -> WheelProfile
 
 # Rounding and wear between two measurements are smaller.
 _RADIUS_TOLERANCE_MM = 1.0
+# Instruments measure the gauge within some tenths of a millimetre.
+_GAUGE_TOLERANCE_MM = 1.0
+
+
+def header_of_file(spec: str) -> InstrumentHeader | None:
+    """Header of an instrument in a profile file; None without a file or such a header.
+
+    Parameters
+    ----------
+    spec
+        Profile of a case: name, file or short form.
+
+    Returns
+    -------
+    InstrumentHeader or None
+        Entries of the header. Its `columns` are a mapping for tables.
+    """
+    if (path := profile_file(spec)) is None:
+        return None
+    state = path.stat()
+    return _read_header_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+
+
+@lru_cache(maxsize=64)
+def _read_header_once(path: Path, state: tuple[int, ...]) -> InstrumentHeader | None:
+    """Header of a file in this state; each case and each placement needs it."""
+    return read_header(path)
 
 
 def radius_of_file_mm(spec: str) -> float | None:
@@ -161,16 +190,33 @@ def radius_of_file_mm(spec: str) -> float | None:
     float or None
         Radius in mm.
     """
-    if (path := profile_file(spec)) is None:
-        return None
-    state = path.stat()
-    return _read_radius_once(path, (state.st_dev, state.st_ino, state.st_mtime_ns, state.st_size))
+    header = header_of_file(spec)
+    return None if header is None or find_stated_kind(Path(spec)) == "rail" else header.rolling_radius_mm
 
 
-@lru_cache(maxsize=64)
-def _read_radius_once(path: Path, state: tuple[int, ...]) -> float | None:
-    """Rolling radius (mm) of a file in this state; each case and each placement needs it."""
-    return header_radius_mm(path)
+def gauge_note(spec: str, gauge_mm: float) -> str:
+    """Contradiction between the gauge of a track (mm) and the header of a rail file; empty if there is none.
+
+    Parameters
+    ----------
+    spec
+        Rail of a case: name, file or short form.
+    gauge_mm
+        Gauge of the case in mm.
+
+    Returns
+    -------
+    str
+        Note for the user.
+    """
+    header = header_of_file(spec)
+    header_mm = None if header is None else header.gauge_mm
+    if header_mm is None or abs(header_mm - gauge_mm) <= _GAUGE_TOLERANCE_MM:
+        return ""
+    return (
+        f"the gauge is {gauge_mm:g} mm, but {header_mm:g} mm in the header of {Path(spec).name}; --gauge-mm"
+        f" {header_mm:g} takes it"
+    )
 
 
 def radius_note(spec: str, radius_mm: float) -> str:
@@ -330,9 +376,33 @@ def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Prof
         raise InputError(f"{spec!r}: its name has invisible characters, such as a line break; rename the file")
     if any(unicodedata.category(sign) == "Cs" for sign in path.name):
         raise InputError(f"{spec!r}: its name is not UTF-8; rename the file")
+    # the reader would ask for options of the wrong kind
+    _check_kind(find_stated_kind(path) or kind, spec, kind)
     content = find_reader(path)(path, kind, reading)
-    _check_kind(content, spec, kind)
+    _check_kind(content.kind, spec, kind)
     return content
+
+
+def looks_like_wheel(spec: str, reading: Reading) -> bool:
+    """Whether the points of a file have a flange, in any direction of the axes.
+
+    Parameters
+    ----------
+    spec
+        Path of a file.
+    reading
+        Options of the wheel file.
+
+    Returns
+    -------
+    bool
+        False for a file that cannot be read, and for a profile of exact segments.
+    """
+    try:
+        content = read_profile_content(spec, "wheel", reading)
+    except InputError:
+        return False
+    return isinstance(content, ProfilePoints) and len(content.points) > 0 and has_flange_shape(content.points)
 
 
 @lru_cache(maxsize=16)
@@ -341,13 +411,13 @@ def _read_given_profile(given_profile: ArrayProfile, kind: ProfileKind, reading:
     return fit_profile(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
 
 
-def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) -> None:
+def _check_kind(stated_kind: ProfileKind, spec: str, kind: ProfileKind) -> None:
     """Check that a file has a profile of the wanted kind.
 
     Parameters
     ----------
-    content
-        Profile or points.
+    stated_kind
+        Kind of the profile or the file.
     spec
         Text of the command line.
     kind
@@ -358,10 +428,10 @@ def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) 
     WrongKindError
         The kinds differ.
     """
-    if content.kind != kind:
+    if stated_kind != kind:
         raise WrongKindError(
-            f"{spec!r} is a {content.kind}, but a {kind} is needed; give it as the {content.kind} (--{content.kind}, "
-            f"or --kind {content.kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
+            f"{spec!r} is a {stated_kind}, but a {kind} is needed; give it as the {stated_kind} (--{stated_kind}, "
+            f"or --kind {stated_kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
         )
 
 
@@ -389,7 +459,7 @@ def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     """
     path = Path(spec)
     if is_library_name(spec):
-        _check_kind(load_library_profile(find_library_name(spec)), spec, kind)
+        _check_kind(load_library_profile(find_library_name(spec)).kind, spec, kind)
         return load_library_profile(find_library_name(spec))
     if isinstance(spec, ArrayProfile):
         return _read_given_profile(spec, kind, reading)

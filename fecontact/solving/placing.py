@@ -21,6 +21,7 @@ from fecontact.placement.wheelset import (
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.reading import CIRCLE_PREFIX, can_form_wheelset, has_no_gauge_face
 from fecontact.profiles.resolve import (
+    gauge_note,
     radius_note,
     radius_of_file_mm,
     refuse_unused_reading,
@@ -142,7 +143,7 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     _refuse_unused_readings(case, rail, wheel)
     case_wheel = resolve_wheel(case.wheel, case.wheel_file)
     return place(
-        rail or resolve_rail(case.rail, case.rail_file),
+        rail or _add_gauge_note(resolve_rail(case.rail, case.rail_file), case.rail, case),
         wheel or _add_radius_note(case_wheel.profile, case.wheel, case.rolling_radius_mm),
         inclination_rad=_inclination_rad(case, case.rail),
         lateral_shift_mm=case.lateral_shift_mm,
@@ -236,7 +237,7 @@ def _make_pair(case: Case, side: Opposite, rail_profile: Profile | None, wheel_p
     text_radius_mm = resolved_wheel.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
     radius_mm = side.rolling_radius_mm or text_radius_mm or case.rolling_radius_mm
     return set_up_pair(
-        rail_profile or resolve_rail(rail_spec, case.rail_file),
+        rail_profile or _add_gauge_note(resolve_rail(rail_spec, case.rail_file), rail_spec, case),
         wheel_profile or _add_radius_note(resolved_wheel.profile, wheel_spec, radius_mm),
         inclination_rad=_inclination_rad(case, rail_spec),
         rolling_radius_mm=float(radius_mm),
@@ -249,6 +250,12 @@ def _add_radius_note(wheel: Profile, spec: str, radius_mm: float) -> Profile:
     """Add a note to a wheel if the header of its file contradicts the rolling radius."""
     note = radius_note(spec, radius_mm)
     return replace(wheel, notes=(*wheel.notes, note)) if note else wheel
+
+
+def _add_gauge_note(rail: Profile, spec: str, case: Case) -> Profile:
+    """Add a note to a rail if its header contradicts the gauge of the track."""
+    note = "" if case.track.rail_crown_y_mm is not None else gauge_note(spec, case.track.gauge_mm)
+    return replace(rail, notes=(*rail.notes, note)) if note else rail
 
 
 def _inclination_rad(case: Case, rail: str) -> float:

@@ -120,7 +120,13 @@ def _read_variant(profile: StoredProfile, filter_mm: float) -> Profile:
         registration=Registration(turn_rad=turn, shift=tuple(shift)),
         reference=load_library_profile(nominal).segments if nominal else (),
     )
-    return Profile(name=record["name"], kind=profile.body, segments=build_smoothed_segments(smoothed, filter_mm))
+    gauge_side_end = record["gauge_side_end_mm"]
+    return Profile(
+        name=record["name"],
+        kind=profile.body,
+        segments=build_smoothed_segments(smoothed, filter_mm),
+        gauge_side_end_mm=gauge_side_end and tuple(gauge_side_end),
+    )
 
 
 def _resolve_exact(body: Body, spec: str, reading: Reading) -> Profile:
@@ -231,6 +237,7 @@ def _make_record(variants: list[Profile]) -> dict[str, Any]:
         "nominal": measured.nominal,
         "wear_mm": wear,
         "lines": registrations,
+        "gauge_side_end_mm": variants[0].gauge_side_end_mm,
     }
 
 

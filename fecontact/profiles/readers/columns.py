@@ -14,12 +14,20 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.files import open_regular_file
 from fecontact.inputs.texts import count_text
-from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size, measure_median_height
+from fecontact.profiles.curve import LARGEST_COORDINATE_MM, ProfileKind, check_size
 from fecontact.profiles.points import FEWEST_POINTS, ProfilePoints, drop_close_points
+from fecontact.profiles.readers.instrument_header import (
+    InstrumentHeader,
+    compare_flange,
+    describe_diameter,
+    make_header,
+    parse_words,
+)
+from fecontact.profiles.readers.numerals import parse_number, replace_minus_signs, unquote_numbers
 from fecontact.profiles.reading import MM_PER_UNIT, Reading, suggest_option
 
 _COMMENT = re.compile(r"\s*(?:#|!|%|//).*")
-_COMMA_NUMBER = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?|[-+]?\d+")
+_COMMA_NUMBER = re.compile(r"[-+]?\d*,\d+(?:[eEdD][-+]?\d+)?|[-+]?\d+")
 _PAIR_WITH_COMMAS = re.compile(r"([-+]?\d+,\d+)\s*,\s*([-+]?\d+,\d+)")
 _UNIT_IN_HEADER = re.compile(r"[\[(_ ](mm|m|cm|um|µm|in|inch|inches)[\])]?$", re.IGNORECASE)
 # Largest size of a profile file: an instrument with steps of 0.01 mm gives 20,000 points.
@@ -193,10 +201,10 @@ def read_text(path: Path) -> str:
             f"{path} is not plain text (perhaps a spreadsheet or UTF-16); save it as text with two columns"
         )
     try:
-        return content.decode("utf-8-sig")
+        return replace_minus_signs(content.decode("utf-8-sig"))
     except UnicodeDecodeError:
         # comments may have an older encoding; the numbers are checked below
-        return content.decode("latin-1")
+        return replace_minus_signs(content.decode("latin-1"))
 
 
 def shorten_text(text: object) -> str:
@@ -249,7 +257,13 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
     notes = ["decimal commas recognised"] if has_commas else []
     if len(header) > 1:
         notes.append(f"{len(header)} header lines left out")
-    names = names or (header[-1] if header else "")
+    # words before unnamed columns are no names of them
+    if (
+        header
+        and not names
+        and not (unnamed and len(_split_titles(header[-1])) != _count_fields(data_lines, has_commas))
+    ):
+        names = header[-1]
     if data_lines and (count := _read_point_count(data_lines, comma=has_commas)):
         data_lines = data_lines[1:]
         notes.append(f"the first line, {count}, is the number of points")
@@ -270,7 +284,7 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
         if (
             len(fields) > width
             and fields[width][:1].isalpha()
-            and _parse_number(fields[width], comma=has_commas) is None
+            and parse_number(fields[width], comma=has_commas) is None
         ):
             remarks.append(number)
         elif len(fields) != width:
@@ -295,7 +309,7 @@ def parse_columns(text: str, source: ColumnSource, *, names: str = "", unnamed: 
 
 def _number_lines(text: str) -> list[tuple[int, str]]:
     stripped = ((number, _COMMENT.sub("", raw).strip()) for number, raw in enumerate(text.splitlines(), start=1))
-    return [(number, line) for number, line in stripped if line]
+    return [(number, unquote_numbers(line)) for number, line in stripped if line]
 
 
 def _has_decimal_commas(lines: Sequence[str]) -> bool:
@@ -311,6 +325,11 @@ def _has_decimal_commas(lines: Sequence[str]) -> bool:
     return all(len(row) > 1 and all(_COMMA_NUMBER.fullmatch(field) for field in row) for row in fields)
 
 
+def _count_fields(lines: Sequence[tuple[int, str]], has_commas: bool) -> int:
+    """Count the fields of the first line of numbers."""
+    return len(_split_fields(lines[0][1], comma=has_commas)) if lines else 0
+
+
 def _are_pairs_with_commas(lines: Sequence[tuple[int, str]]) -> bool:
     """Whether each line has two numbers with decimal commas, as `1,5,-2,25`."""
     numeric = [line for _, line in lines if re.match(r"[-+]?\d", line)]
@@ -320,20 +339,6 @@ def _are_pairs_with_commas(lines: Sequence[tuple[int, str]]) -> bool:
 def _split_fields(line: str, *, comma: bool = False) -> list[str]:
     separator = r"\s*;\s*|\s+" if comma else r"\s*[,;]\s*|\s+"
     return re.split(separator, line.rstrip("; \t" if comma else ",; \t"))
-
-
-def _parse_number(field: str, *, comma: bool = False) -> float | None:
-    """Parse a number; None for other texts.
-
-    `comma` reads a decimal comma as a point.
-    """
-    # float() accepts underscores and digits of different scripts too, which no instrument writes
-    if not field.isascii() or "_" in field:
-        return None
-    try:
-        return float(field.replace(",", ".") if comma else field)
-    except ValueError:
-        return None
 
 
 def _separate_header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list[str], list[tuple[int, str]]]:
@@ -356,7 +361,7 @@ def _separate_header(lines: list[tuple[int, str]], *, comma: bool) -> tuple[list
         starts = [
             i
             for i, (_, line) in enumerate(lines[: _LARGEST_HEADER_LINES + 1])
-            if condition(_parse_number(field, comma=comma) is not None for field in _split_fields(line, comma=comma))
+            if condition(parse_number(field, comma=comma) is not None for field in _split_fields(line, comma=comma))
         ]
         if starts:
             # numbers among words belong to the header if their count differs from the following lines
@@ -430,7 +435,7 @@ def _choose_columns(
         signs = [-1.0 if word.startswith("-") else 1.0 for word in words]
         columns = [
             int(word) - 1 if word.isdigit() and len(word) < 4 else stems.index(word) if word in stems else -1
-            for word in (word.removeprefix("-") for word in words)
+            for word in (word.removeprefix("-").removeprefix("+") for word in words)
         ]
         if len(columns) != 2 or columns[0] == columns[1] or not all(0 <= column < count for column in columns):
             raise InputError(
@@ -472,7 +477,7 @@ def _guess_columns(rows: list[list[str]]) -> str:
         Columns option.
     """
     columns = list(
-        zip(*([_parse_number(field) for field in row] for row in rows if len(row) == len(rows[0])), strict=True)
+        zip(*([parse_number(field) for field in row] for row in rows if len(row) == len(rows[0])), strict=True)
     )
     likely = []
     for k, column in enumerate(columns, start=1):
@@ -493,7 +498,7 @@ def _parse_pair(fields: list[str], where: str, line: str, *, comma: bool) -> lis
     InputError
         If there are fewer than two numbers, or a number that is not finite.
     """
-    pair = [value for field in fields if (value := _parse_number(field, comma=comma)) is not None]
+    pair = [value for field in fields if (value := parse_number(field, comma=comma)) is not None]
     if len(pair) < 2:
         raise InputError(f"{where}: {line[:_LETTERS_SHOWN]!r} does not have two numbers; start comments with #")
     if not np.isfinite(sum(pair)):
@@ -570,13 +575,18 @@ _MINIPROF_KEY = re.compile(r"([A-Za-z][A-Za-z0-9_. ]*?)\s*=\s*(.*)")
 _MINIPROF_MARK = re.compile(
     r'^\s*"?(?:ColumnDef|MPTypeNo|MPSerNo|XYPoints)\s*=|\A#\s*MINI\w*PROF', re.IGNORECASE | re.MULTILINE
 )
+# Sections of files with several profiles (.mpt), which MiniProf for Windows writes.
+_SECTION_LINE = re.compile(r"^[ \t]*\[(FileInfo|Profile\d{1,6}(?:Info|Points))\][ \t]*$", re.IGNORECASE | re.MULTILINE)
+_UNIT_WORDS = {"inch": "in", "inches": "in", "millimeter": "mm", "millimetre": "mm"}
 _OFFSET_KEYS = (("xoffset", "xoff"), ("yoffset", "yoff"))
 _ALIGNMENT_KEYS = ("aligndx", "aligndy", "alignda")
 _KIND_BY_SUFFIX: dict[str, ProfileKind] = {".ban": "rail", ".whl": "wheel"}
-_TAPERLINE_KEY, _DIAMETER_KEY = "wheeldiametertaperline", "diametertaperline"
+_TAPERLINE_KEY = "wheeldiametertaperline"
 # Distance of the tip of a flange from the back of the flange (mm): 15.5 mm on the S1002.
 _TIP_OVER_BACK_MM = (5.0, 30.0)
 _ALLOWED_TAPE_CIRCLE_MM = (40.0, 100.0)
+# Least height of the tip of a flange above both ends of the profile (mm).
+_LEAST_TIP_HEIGHT_MM = 3.0
 # Width of the part at each end of a head that shows the direction of z.
 _BESIDE_END_MM = 15.0
 
@@ -624,8 +634,9 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
         The file cannot be read, or its header does not define the position of the points. The message has the option
         that answers the question.
     """
-    keys, table_text = _split_miniprof_keys(read_text(path))
     source = ColumnSource(what=str(path), kind=_KIND_BY_SUFFIX.get(path.suffix.lower(), kind), reading=reading)
+    text, section_notes = _select_section(read_text(path), source)
+    keys, table_text = _split_miniprof_keys(text)
     names = ""
     if (columns := keys.get("columndef")) is not None:
         column_names = [name.strip().lower() for name in columns.split(",")]
@@ -643,21 +654,103 @@ def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoi
     if points.size:
         # the following functions compare lengths in mm
         check_size(*points.T, kind=source.kind, label=str(path), unit=reading.units or "mm")
+    given_points = points
     points, direction_notes = _turn_upwards(points, source)
-    points, tape_circle_notes = _shift_to_tape_circle(points, keys, source)
+    # a sign of z, also a plus, keeps the direction of the file
+    y_column, z_column = table.columns.split(",")
+    is_turned = points is not given_points
+    points, tape_circle_notes, question = _shift_to_tape_circle(points, keys, source)
     across = "X points to the track centre, so y = -X" if source.kind == "rail" else "y = X"
     remarks = (
         f"MiniProf file: {across}",
+        *section_notes,
         *table.notes,
         *offset_notes,
         *conversion_notes,
         *direction_notes,
         *tape_circle_notes,
-        *_describe_diameter(keys, source),
+        *_check_header(points, keys, source),
     )
     return ProfilePoints(
-        points=points, kind=source.kind, name=path.stem, source=str(path), notes=remarks, flipped_columns=table.columns
+        points=points,
+        kind=source.kind,
+        name=path.stem,
+        source=str(path),
+        notes=remarks,
+        flipped_columns=f"{y_column},+{z_column.removeprefix('-')}" if is_turned else table.columns,
+        question=question,
     )
+
+
+def _select_section(text: str, source: ColumnSource) -> tuple[str, list[str]]:
+    """Select the header and the points of a profile in a file of sections.
+
+    Parameters
+    ----------
+    text
+        Text of a file.
+    source
+        Origin of the text.
+
+    Returns
+    -------
+    text, notes
+        Lines of the profile, and a note; the unchanged text of a file without sections.
+
+    Raises
+    ------
+    InputError
+        The file has several profiles, and none is chosen, or the chosen one does not exist.
+    """
+    # texts before the first section, then name and lines of each section
+    parts = _SECTION_LINE.split(text)
+    sections = {name.lower(): lines for name, lines in zip(parts[1::2], parts[2::2], strict=True)}
+    numbers = sorted(int(name[7:-4]) for name in sections if re.fullmatch(r"profile\d{1,6}info", name))
+    chosen = source.reading.section
+    if not numbers:
+        if chosen is not None:
+            raise InputError(
+                f"{source.what}: profile {chosen:g} is wanted, but the file has no numbered profiles; leave out"
+                f" --{source.kind}-section (section in [{source.kind}_file])"
+            )
+        return text, []
+    titles = [f"{number}{_name_section(sections[f'profile{number}info'])}" for number in numbers]
+    if chosen not in numbers and (chosen is not None or len(numbers) > 1):
+        missing = "" if chosen is None else f", and {chosen:g} is none of them"
+        raise InputError(
+            f"{source.what}: the file has {count_text(len(numbers), 'profile')}: {', '.join(titles[:20])}{missing};"
+            f" {source.remedy('section', float(numbers[0]))} for the first one"
+        )
+    number = int(chosen or numbers[0])
+    lines = f"{sections[f'profile{number}info']}\n{sections.get(f'profile{number}points', '')}"
+    return lines, [f"profile {titles[numbers.index(number)]} of {len(numbers)} in the file"]
+
+
+def _name_section(header_text: str) -> str:
+    """Name of a section from its header, in parentheses; empty without a name."""
+    keys, _ = _split_miniprof_keys(header_text)
+    names = [value for key in ("mpdn", "id", "rail", "side") if (value := keys.get(key, "").lstrip("%"))]
+    return f" ({', '.join(names)[:40]})" if names else ""
+
+
+def is_sectioned(path: Path) -> bool:
+    """Whether a file has sections of MiniProf, each with a profile.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bool
+        False for an unreadable file.
+    """
+    try:
+        with path.open("rb") as file:
+            return _SECTION_LINE.search(file.read(20_000).decode("latin-1")) is not None
+    except (OSError, ValueError):
+        return False
 
 
 def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[str]]:
@@ -677,21 +770,29 @@ def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[st
     points, notes
         Points (n, 2) in mm, and notes.
     """
-    if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith("-"):
+    if len(points) < 3 or (source.reading.columns or "").partition(",")[2].strip().startswith(("-", "+")):
         return points, []
     y, z = points.T
     if source.kind == "rail":
         ends = [(z[end] - np.mean(z[np.abs(y - y[end]) < _BESIDE_END_MM])) for end in (0, -1)]
         is_downwards = sum(ends) > 0.0
     else:
-        tread = measure_median_height(y, z)
-        is_downwards = float(z.max()) - tread > max(10.0, tread - float(z.min()))
+        is_downwards = _find_tip_height(z) > max(_LEAST_TIP_HEIGHT_MM, _find_tip_height(-z))
     if is_downwards:
         return points * (1.0, -1.0), ["Y points into the body, so z = -Y"]
     return points, ["Y points upwards, so z = Y"]
 
 
-def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSource) -> tuple[Floats, list[str]]:
+def _find_tip_height(z: Floats) -> float:
+    """Height of the highest point above both ends (mm); 0 if it is near an end.
+
+    The tip of a flange is between its back and the tread. The face of a rim is at an end, however far it reaches.
+    """
+    top = int(np.argmax(z))
+    return float(z[top] - max(z[0], z[-1])) if 2 <= top < z.size - 2 else 0.0
+
+
+def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSource) -> tuple[Floats, list[str], str]:
     """Shift a wheel's y from the back of the flange to the tape circle.
 
     Parameters
@@ -705,38 +806,37 @@ def _shift_to_tape_circle(points: Floats, keys: dict[str, str], source: ColumnSo
 
     Returns
     -------
-    points, notes
-        Points (n, 2) in mm, unchanged if y is not measured from the back of the flange, and notes.
-
-    Raises
-    ------
-    InputError
-        The header does not have the position of the tape circle.
+    points, notes, question
+        Points (n, 2) in mm, unchanged if y is not measured from the back of the flange, notes, and the refusal of a
+        header without the position of the tape circle.
     """
     tip = float(points[np.argmin(points[:, 1]), 0]) if points.size else 0.0
     low, high = _TIP_OVER_BACK_MM
     if source.kind == "rail" or source.reading.tape_circle_mm is not None or not low <= tip <= high:
-        return points, []
+        return points, [], ""
     tape_circle_mm = _read_header_value(keys.get(_TAPERLINE_KEY, ""), "WheelDiameterTaperline", source)
     if not _ALLOWED_TAPE_CIRCLE_MM[0] <= tape_circle_mm <= _ALLOWED_TAPE_CIRCLE_MM[1]:
         usual = -70.0 if source.reading.mirror else 70.0
-        raise InputError(
+        question = (
             f"{source.what}: the tip of the flange is at X = {tip:.1f} mm, so X begins at the back of the flange, but"
             f" the header does not give the tape circle; {source.remedy('tape_circle_mm', usual)} for the usual"
             " 70 mm from the back"
         )
+        return points, [], question
     remark = (
         "X begins at the back of the flange: y is measured from the tape circle, which is at WheelDiameterTaperline ="
         f" {tape_circle_mm:g} mm"
     )
-    return points - (tape_circle_mm, 0.0), [remark]
+    return points - (tape_circle_mm, 0.0), [remark], ""
 
 
-def _describe_diameter(keys: dict[str, str], source: ColumnSource) -> list[str]:
-    """Describe the diameter in the header, which gives the rolling radius of the case.
+def _check_header(points: Floats, keys: dict[str, str], source: ColumnSource) -> list[str]:
+    """Check the diameter and the flange of a wheel in the header.
 
     Parameters
     ----------
+    points
+        Points (n, 2) in mm, with y = 0 at the tape circle and z up.
     keys
         Keys of the header.
     source
@@ -745,19 +845,19 @@ def _describe_diameter(keys: dict[str, str], source: ColumnSource) -> list[str]:
     Returns
     -------
     list of str
-        Notes.
+        Notes on the diameter, and on dimensions of the flange that contradict the points.
     """
-    diameter = _read_header_value(keys.get(_DIAMETER_KEY, ""), "DiameterTaperline", source)
-    if source.kind == "rail" or diameter <= 0.0:
+    if source.kind == "rail" or len(points) < FEWEST_POINTS:
         return []
-    return [
-        f"DiameterTaperline = {diameter:g} mm of the header gives the rolling radius {0.5 * diameter:g} mm, unless you"
-        " give a different radius"
-    ]
+    _read_header_value(keys.get("diametertaperline", ""), "DiameterTaperline", source)
+    header = make_header(keys, MM_PER_UNIT[_read_header_unit(keys, source) or "mm"])
+    # dimensions of a flange need the back of the flange, from which the instrument measures X
+    back_mm = source.reading.tape_circle_mm or _read_header_value(keys.get(_TAPERLINE_KEY, ""), _TAPERLINE_KEY, source)
+    return [*describe_diameter(header), *(compare_flange(header, points, abs(back_mm)) if back_mm else [])]
 
 
-def header_radius_mm(path: Path) -> float | None:
-    """Rolling radius (mm) in the header of a MiniProf wheel file.
+def read_header(path: Path) -> InstrumentHeader | None:
+    """Header of a MiniProf file.
 
     Parameters
     ----------
@@ -766,19 +866,22 @@ def header_radius_mm(path: Path) -> float | None:
 
     Returns
     -------
-    float or None
-        None for a file without a diameter, and for a file that cannot be read: the reader of its points refuses it.
+    InstrumentHeader or None
+        None for a file of another format, and for a file that cannot be read: the reader of its points refuses it.
     """
-    kind = _KIND_BY_SUFFIX.get(path.suffix.lower())
-    if kind == "rail" or (kind is None and not is_miniprof(path)):
+    if is_sectioned(path) or not (path.suffix.lower() in _KIND_BY_SUFFIX or is_miniprof(path)):
         return None
     try:
         keys, _ = _split_miniprof_keys(read_text(path))
-        source = ColumnSource(what=str(path), kind="wheel", reading=Reading())
-        diameter_mm = _read_header_value(keys.get(_DIAMETER_KEY, ""), "DiameterTaperline", source)
+        unit = _read_header_unit(keys, ColumnSource(what=str(path), kind="wheel", reading=Reading()))
     except InputError:
         return None
-    return 0.5 * diameter_mm if diameter_mm > 0.0 else None
+    return make_header(keys, MM_PER_UNIT[unit or "mm"])
+
+
+def find_stated_kind(path: Path) -> ProfileKind | None:
+    """Kind of profile that the ending of a file states; None for any other ending."""
+    return _KIND_BY_SUFFIX.get(path.suffix.lower())
 
 
 def _split_miniprof_keys(text: str) -> tuple[dict[str, str], str]:
@@ -800,6 +903,9 @@ def _split_miniprof_keys(text: str) -> tuple[dict[str, str], str]:
     for number, line in enumerate(lines):
         # a complete line may be quoted, a value may be quoted, or a quoted remark may follow the value
         stripped = line.strip()
+        if words := parse_words(stripped, lines[number + 1].strip() if number + 1 < len(lines) else ""):
+            keys |= words
+            continue
         if _is_numbers(_strip_remark(stripped)):
             # a quote among the points begins a remark
             rest[number:] = (data_line.partition('"')[0] for data_line in lines[number:])
@@ -821,7 +927,7 @@ def _strip_remark(line: str) -> str:
 
 def _is_numbers(line: str) -> bool:
     fields = _split_fields(_COMMENT.sub("", line).strip())
-    return len(fields) > 1 and None not in map(_parse_number, fields)
+    return len(fields) > 1 and None not in map(parse_number, fields)
 
 
 def _read_header_unit(keys: dict[str, str], source: ColumnSource) -> str | None:
@@ -833,6 +939,7 @@ def _read_header_unit(keys: dict[str, str], source: ColumnSource) -> str | None:
         The unit is unknown.
     """
     unit = keys.get("units", keys.get("unit", "")).lower()
+    unit = _UNIT_WORDS.get(unit, unit)
     if unit in MM_PER_UNIT or unit in ("", "metric"):
         return unit if unit in MM_PER_UNIT else None
     raise InputError(
@@ -877,7 +984,7 @@ def _read_header_value(text: str, key: str, source: ColumnSource) -> float:
         The text is not a number of a plausible size.
     """
     # an empty key is 0
-    value = _parse_number(text or "0")
+    value = parse_number(text or "0")
     if value is None or not abs(value) <= 1e6:
         raise InputError(
             f"{source.what}: {key.upper()} = {text[:40]!r} in the header; allowed: a number from -1e6 to 1e6; correct"
@@ -942,7 +1049,7 @@ class _SimpackKeys:
         if key not in self.values:
             return default
         text, line = self.values[key]
-        value = _parse_number(text)
+        value = parse_number(text)
         if value is None or not abs(value) <= 1e9:
             raise InputError(
                 f"{self.label}, line {line}: {key} = {text[:60]}; allowed: a number from -1e9 to 1e9; correct it"
@@ -1161,7 +1268,7 @@ def _process_points(keys: _SimpackKeys, rows: list[tuple[float, float]]) -> tupl
 
 
 def _parse_row(label: str, fields: list[str], line: int) -> tuple[float, float]:
-    values = [value for field in fields if (value := _parse_number(field)) is not None and np.isfinite(value)]
+    values = [value for field in fields if (value := parse_number(field)) is not None and np.isfinite(value)]
     if len(fields) in (2, 3) and len(values) == len(fields):
         return values[0], values[1]
     raise InputError(

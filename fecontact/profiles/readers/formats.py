@@ -5,6 +5,7 @@ A new format is a function and an entry in the table.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -21,12 +22,14 @@ from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, ProfilePoints,
 from fecontact.profiles.readers.columns import (
     file_bytes,
     is_miniprof,
+    is_sectioned,
     is_simpack,
     read_columns,
     read_miniprof,
     read_simpack,
     shorten_text,
 )
+from fecontact.profiles.readers.vampire import is_vampire, read_vampire
 from fecontact.profiles.reading import DEFAULT_READING, Reading, suggest_mirroring, suggest_unmirrored
 from fecontact.profiles.segments import Polynomial, Segment, StraightSegment, translate_segment
 
@@ -349,9 +352,48 @@ Reader: TypeAlias = Callable[[Path, ProfileKind, Reading], Profile | ProfilePoin
 
 def _read_text_file(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
     """Read columns of numbers, or a special format if the content shows it."""
+    _refuse_foreign_format(path)
+    if is_sectioned(path) or is_miniprof(path):
+        return read_miniprof(path, kind, reading)
+    if reading.section is not None:
+        raise InputError(
+            f"{path}: profile {reading.section:g} is wanted, but the file has no numbered profiles; leave out"
+            f" --{kind}-section (section in [{kind}_file])"
+        )
+    if is_vampire(path):
+        return read_vampire(path, reading)
     if is_simpack(path):
         return read_simpack(path, reading)
-    return read_miniprof(path, kind, reading) if is_miniprof(path) else read_columns(path, kind, reading)
+    return read_columns(path, kind, reading)
+
+
+# First bytes of formats that are not read. They have numbers or columns that are no points of a profile.
+_FOREIGN_FORMATS: dict[str, bytes] = {
+    "a drawing of AutoCAD (DXF)": rb"\s*(?:999\s[^\n]*\n\s*)*0\s*\r?\n\s*SECTION",
+    "a drawing of AutoCAD (DWG)": rb"AC10\d\d",
+    "a drawing in STEP": rb"\s*ISO-10303-21",
+    "an HDF5 file, such as RCM-DX,": rb"\x89HDF",
+    "a workbook of a spreadsheet": rb"PK\x03\x04|\xd0\xcf\x11\xe0",
+    "a PDF document": rb"%PDF-",
+    "an XML document": rb"(?:\xef\xbb\xbf)?\s*<[?!a-zA-Z]",
+    "a JSON document": rb"(?:\xef\xbb\xbf)?\s*(?:\{|\[\s*[\[{])",
+}
+
+
+def _refuse_foreign_format(path: Path) -> None:
+    """Refuse a file of a format that has no reader."""
+    try:
+        with path.open("rb") as file:
+            start = file.read(2000)
+    except (OSError, ValueError):
+        # the reader of the columns explains why
+        return
+    for name, pattern in _FOREIGN_FORMATS.items():
+        if re.match(pattern, start):
+            raise InputError(
+                f"{path} is {name}, which is not a format that fecontact reads; save the points of the running surface"
+                " as text with the columns y and z in mm"
+            )
 
 
 def _refuse_slices(path: Path, kind: ProfileKind, reading: Reading) -> Profile:
