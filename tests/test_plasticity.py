@@ -18,6 +18,7 @@ from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
 from fecontact.judging import verdict
 from fecontact.judging.measures import read_measures
 from fecontact.judging.yielded import YieldedBody
+from fecontact.outputs.cases import plastic_tables
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.records.stored import solved_from_record, solved_record
 from fecontact.solving import plastic_contact
@@ -248,6 +249,18 @@ def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
     load = solve(replace(sphere(2.5), resolution="quick")).load
     assert (load.status, load.plastic.status) == ("converged", "not converged")
     assert load.plastic.verdict.answer == "UNRESOLVED"
+
+
+@needs_factors
+def test_an_unknown_effect_of_the_yield_stress_is_named(loaded_sphere):
+    """The effect is solved on the coarser meshes, which do not yield at a load slightly above first yield."""
+    without_effect = replace(loaded_sphere.load.plastic, band={})
+    (note,) = verdict.describe_plasticity(without_effect)
+    assert "15 % lower and higher is unknown, because the coarser meshes do not yield" in note
+    assert "nan" not in note
+    record = load_record(replace(loaded_sphere.load, plastic=without_effect))
+    assert record["plastic"]["step_with_yield_stress_15_percent_lower"] is None
+    assert not [table for table in plastic_tables(record) if "Changes" in table.title]
 
 
 @needs_factors

@@ -488,7 +488,8 @@ class PlasticVerdict:
     step_uncertainty
         Uncertainty of the ladder step `bodies_to_plastic` (-), by the name of the measure, for an exact yield stress.
     band
-        Plastic step of each measure (-) with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`.
+        Plastic step of each measure (-) with a yield stress that is lower and higher by `YIELD_STRESS_SPREAD`; empty if
+        the coarser meshes do not yield.
     judgements
         Hertz on each side of the contact point compared with bodies that yield, by the name of the theory.
     verdict
@@ -798,12 +799,16 @@ def describe_plasticity(verdict: PlasticVerdict | None) -> list[str]:
             f" ({PLASTIC_VALIDITY})"
         ]
     step = contact.path[-1].steps
-    (low, high) = verdict.band.get("p_max_MPa", (math.nan, math.nan))
+    spread = f"yield stresses {1e2 * YIELD_STRESS_SPREAD:.0f} % lower and higher"
+    if "p_max_MPa" in verdict.band:
+        low, high = verdict.band["p_max_MPa"]
+        spread_effect = f"with {spread} the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
+    else:
+        spread_effect = f"the effect of {spread} is unknown, because the coarser meshes do not yield"
     change = (
         f"plasticity: {first_yield}; the peak changes by {1e2 * step['p_max_MPa']:+.1f} ±"
         f" {1e2 * verdict.step_uncertainty['p_max_MPa']:.1f} %, the area by {1e2 * step['area_mm2']:+.1f} ±"
-        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; with yield stresses"
-        f" {1e2 * YIELD_STRESS_SPREAD:.0f} % lower and higher the peak by {1e2 * low:+.1f} and {1e2 * high:+.1f} %"
+        f" {1e2 * verdict.step_uncertainty['area_mm2']:.1f} %; {spread_effect}"
     )
     answer = f"Hertz {verdict.verdict.answer} against bodies that yield"
     return [f"{change}; {answer}{'; ' * bool(verdict.cancelling)}{verdict.cancelling} ({PLASTIC_VALIDITY})"]

@@ -319,6 +319,8 @@ def _plastic_record(plastic_verdict: PlasticVerdict) -> Record:
             f"step_with_yield_stress_15_percent_{band_side}": {
                 name: band[band_index] for name, band in plastic_verdict.band.items()
             }
+            # the effect of the yield stress is solved on the coarser meshes, which may not yield
+            or None
             for band_index, band_side in enumerate(("lower", "higher"))
         },
         "bodies": to_plain(plastic_verdict.yielded.bodies),
