@@ -21,6 +21,7 @@ from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noi
 from fecontact.profiles.point_problems import PointProblem, compute_turning_angles, find_crossings, find_disorder
 from fecontact.profiles.reading import Reading, suggest_option
 from fecontact.profiles.segments import Segment, SmoothingResult, Spline, StraightSegment
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 # --- Single points that are off their profile: spikes of a measurement, and wrong digits in a table of exact points.
 #
@@ -665,7 +666,10 @@ def _remove_wrong_points(
             large = [problem for problem in problems if problem.what != "spike" or abs(problem.size_mm) > tiny]
             too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
             if large and (too_many or not repair):
-                raise InputError(_explain_refusal(large, file_points, repair=repair, too_many=too_many))
+                text = _explain_refusal(large, file_points, repair=repair, too_many=too_many)
+                if all(problem.what == "spike" for problem in large):
+                    raise SuspiciousProfileError(text, "dented")
+                raise InputError(text)
             if too_many:
                 break
             # points out of order are searched again among their new neighbours

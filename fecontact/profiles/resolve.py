@@ -41,9 +41,10 @@ from fecontact.profiles.reading import (
     is_short_form,
 )
 from fecontact.profiles.recognition import fit_profile
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 
-class WrongKindError(InputError):
+class WrongKindError(SuspiciousProfileError):
     """Error for a wheel in place of a rail, or the reverse."""
 
 
@@ -359,7 +360,8 @@ def _check_kind(content: Profile | ProfilePoints, spec: str, kind: ProfileKind) 
     if content.kind != kind:
         raise WrongKindError(
             f"{spec!r} is a {content.kind}, but a {kind} is needed; give it as the {content.kind} (--{content.kind}, "
-            f"or --kind {content.kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
+            f"or --kind {content.kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}",
+            "other body",
         )
 
 

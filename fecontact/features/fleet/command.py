@@ -51,6 +51,12 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
             )
         print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
         print_reasons(
+            f"{len(screening.suspicious)} of {screening.profiles} files are suspicious, and"
+            f" {1e2 * screening.suspicious_share:.1f} % of the pairs, by weight, are left out for them; settle each"
+            " in its row of the table, and run the same command again (pictures: fecontact fleet report)",
+            screening.suspicious,
+        )
+        print_reasons(
             f"{len(screening.unread)} of {screening.profiles} files were not read for want of memory, disk space or"
             " workers; run the same command again",
             screening.unread,

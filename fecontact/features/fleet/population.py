@@ -24,6 +24,7 @@ from fecontact.features.fleet.table_columns import (
     describe_columns,
     make_profile_layout,
     name_metadata,
+    select_case_values,
     select_reading_values,
 )
 from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
@@ -304,7 +305,7 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
         except InputError as error:
             return replace(candidate, problem=str(error), remedy="check the path")
         candidate = replace(candidate, content_hash=content)
-    reading = repr(select_reading_values(candidate.known))
+    reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))
     first_name = contents.setdefault((content, reading), candidate.name)
     if first_name != candidate.name:
         return replace(
@@ -343,7 +344,7 @@ def weigh_candidate_pairs(
     )
     if fleet.pairing.table is not None:
         path = fleet.folder / fleet.pairing.table
-        return normalise_weights(_list_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
+        return normalise_weights(list_weighted_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
         count = round(fleet.pairing.draw)
@@ -362,13 +363,26 @@ def weigh_candidate_pairs(
     }
 
 
-def _list_pairs(
-    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
+def list_weighted_pairs(
+    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str] | None
 ) -> Iterator[tuple[Pair, float]]:
-    """Weighted pairs of a table, without pairs of refused profiles.
+    """Weighted pairs of a table, without pairs of other profiles.
 
-    `wheels` and `rails` have the weights of the profiles that are not refused, by name; `known_names` has "wheel NAME"
-    and "rail NAME" of all profiles. The weight of a pair is its weight in the table times both weights.
+    The weight of a pair is its weight in the table times both weights.
+
+    Parameters
+    ----------
+    path
+        Table of pairs.
+    wheels, rails
+        Weights of the profiles, by name.
+    known_names
+        "wheel NAME" and "rail NAME" of all profiles of the fleet; None for a table that was checked before.
+
+    Yields
+    ------
+    tuple
+        Names of wheel and rail, and the weight.
 
     Raises
     ------
@@ -377,7 +391,7 @@ def _list_pairs(
     """
     for row in read_user_table(path, PAIR_LAYOUT):
         wheel, rail = row.values["wheel"], row.values["rail"]
-        if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
+        if known_names is not None and (unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names):
             raise InputError(
                 f"table {path}, row {row.number}: there is no {min(unknown)}; give the name in its table, or its file"
                 " name without ending"
