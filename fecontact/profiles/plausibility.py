@@ -1,4 +1,4 @@
-"""Plausibility of a profile that was read: its extent, its place, its cant, its wear and dents.
+"""Plausibility of a profile of points: extent, place, cant, wear and dents.
 
 A reader refuses points that cannot be a running surface. A profile with a suspicion can be used, but its contacts may
 be wrong; a user has to decide.
@@ -77,7 +77,10 @@ def find_suspicions(profile: Profile, reading: Reading, gauge_depth_mm: float = 
 
 
 def _find_mirroring(profile: Profile, points: Floats, reading: Reading, matches: list[ProfileMatch]) -> list[Suspicion]:
-    """Suspicion that a head is mirrored; points that are used as exact were read without matches."""
+    """Suspicion that a head is mirrored.
+
+    The reader has checked exact points without the recognised profiles.
+    """
     try:
         check_mirroring(ProfilePoints(points=points, kind=profile.kind, name=profile.name), reading, matches)
     except SuspiciousProfileError as error:
@@ -86,7 +89,7 @@ def _find_mirroring(profile: Profile, points: Floats, reading: Reading, matches:
 
 
 def _find_displacement(profile: Profile, reading: Reading, match: ProfileMatch) -> list[Suspicion]:
-    """Suspicion of a cant of a rail, or of a wrong origin of a wheel, from the place of its recognised profile."""
+    """Suspicion of a canted rail, or of a wrong origin of a wheel."""
     turn_rad = match.registration.turn_rad
     if profile.kind == "rail":
         if abs(turn_rad) < _CANTED_RAD or match.usual_mm > _CANTED_USUAL_MM:
@@ -106,7 +109,7 @@ def _find_displacement(profile: Profile, reading: Reading, match: ProfileMatch) 
 
 
 def _find_gain(profile: Profile, points: Floats, match: ProfileMatch) -> list[Suspicion]:
-    """Suspicion of a wrong nominal or a wrong file: more material than the recognised profile has."""
+    """Suspicion of a wrong file: more material than the recognised profile."""
     nominal = load_library_profile(match.name)
     feet = find_foot_points(nominal, match.registration.to_reference(points))
     is_running = _is_running_surface(feet, points, profile.kind)
@@ -122,7 +125,7 @@ def _find_gain(profile: Profile, points: Floats, match: ProfileMatch) -> list[Su
 
 
 def _is_running_surface(feet: FootPoints, points: Floats, kind: ProfileKind) -> NDArray[np.bool_]:
-    """Whether points (n, 2) are on the running surface, and not near the ends of the profile."""
+    """Whether points (n, 2) are on the running surface, away from its ends."""
     y = points[:, 0]
     slope_rad = np.abs(np.arctan2(-feet.normals[:, 0], feet.normals[:, 1]))
     is_running = (slope_rad < _RUNNING_SLOPE_RAD) & feet.inside & (y > y[0] + _END_MM) & (y < y[-1] - _END_MM)
@@ -165,7 +168,7 @@ def _ends_in_flange_face(points: Floats) -> bool:
 
 
 def _find_dent(profile: Profile, points: Floats) -> list[Suspicion]:
-    """Suspicion of a dent, a lump or dirt: a group of points off the smoothed profile on the running surface."""
+    """Suspicion of a dent: neighbours off the smoothed profile on the running surface."""
     if profile.measured is None:
         return []
     feet = find_foot_points(profile, points)

@@ -1,4 +1,4 @@
-"""Suspicions about a profile file: what may be wrong with it, in words and as a kind that programs can read."""
+"""Suspicions about a profile file, in words and with a kind."""
 
 from __future__ import annotations
 
@@ -41,7 +41,15 @@ class SuspiciousProfileError(InputError):
     """
 
     def __init__(self, message: str, kind: SuspicionKind) -> None:
-        """Error with its kind."""
+        """Error of a message with its kind.
+
+        Parameters
+        ----------
+        message
+            Observation and option.
+        kind
+            Kind of the problem.
+        """
         super().__init__(message)
         self.kind = kind
 

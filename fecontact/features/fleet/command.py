@@ -90,7 +90,10 @@ def check(file: Path) -> int:
     file
         File of the fleet (TOML), as for `fecontact fleet run`.
     """
+    from fecontact.features.fleet.checking import describe_sample_size
+
     announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
+    print_result(describe_sample_size())
     return 0
 
 
@@ -111,7 +114,7 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
     from fecontact.jobs.workers import count_default_workers
 
     cost = check_fleet(file)
-    for sentence in cost.tables:
+    for sentence in (*cost.tables, *cost.copies):
         say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
     say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)

@@ -106,11 +106,11 @@ def find_suspicious_share(fleet: Fleet, profiles: Sequence[ReadProfile]) -> floa
             suspicious[candidate.body].add(candidate.name)
     wheels, rails = (normalise_weights(weights[body].items(), f"[{body}s]") for body in ("wheel", "rail"))
     if fleet.pairing.table is None:
-        kept = [
+        usable_shares = [
             math.fsum(weight for name, weight in shares.items() if name not in suspicious[body])
             for body, shares in (("wheel", wheels), ("rail", rails))
         ]
-        return 1.0 - kept[0] * kept[1]
+        return 1.0 - usable_shares[0] * usable_shares[1]
     # the names were checked when the pairs were weighed
     pairs = list(list_weighted_pairs(fleet.folder / fleet.pairing.table, wheels, rails, None))
     left_out = [weight for (wheel, rail), weight in pairs if wheel in suspicious["wheel"] or rail in suspicious["rail"]]
@@ -122,7 +122,7 @@ CaseKey = tuple[str, str, tuple[tuple[str, Any], ...]]
 
 
 def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
-    """Key of the case of a pair: names of the library and inputs from the tables.
+    """Key of the case of a pair: library names, and inputs from the tables.
 
     A name of the library replaces each file.
     """

@@ -62,6 +62,8 @@ class Candidate:
         Values of the other columns of its row, under their names in the table.
     problem, remedy
         Reason why it is not read.
+    copy_of
+        Name of an earlier profile with the same content and the same options; empty if there is none.
     """
 
     body: Body
@@ -73,6 +75,7 @@ class Candidate:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     problem: str = ""
     remedy: str = ""
+    copy_of: str = ""
 
 
 def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
@@ -309,7 +312,10 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
     first_name = contents.setdefault((content, reading), candidate.name)
     if first_name != candidate.name:
         return replace(
-            candidate, problem=f"same content as {first_name}", remedy="list it once, with the sum of the weights"
+            candidate,
+            problem=f"same content as {first_name}",
+            remedy="list it once, with the sum of the weights",
+            copy_of=first_name,
         )
     return candidate
 

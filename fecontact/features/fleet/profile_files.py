@@ -88,7 +88,9 @@ def read_refusal_reason(profile: ReadProfile) -> str:
 
 
 def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
-    """Give a profile a problem if no case can have the inputs of its row in a table, or if the row leaves it out.
+    """Give a profile a problem if its row is not usable.
+
+    A row is not usable if no case can have its inputs, or if it leaves the profile out.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Quality gate of a fleet: a suspicious profile stays out of the answer until its row in the table settles it."""
+"""Quality gate of a fleet: suspicious profiles stay out of the answer until their rows settle them."""
 
 from __future__ import annotations
 
@@ -48,21 +48,21 @@ def judge_profile(fleet: Fleet, candidate: Candidate, record: Mapping[str, Any])
     """
     suspicions = record.get("suspicions", ())
     texts, notes = [suspicion["text"] for suspicion in suspicions], record.get("notes", ())
-    judged = {**record, "kinds": [suspicion["kind"] for suspicion in suspicions]}
+    gate_record = {**record, "kinds": [suspicion["kind"] for suspicion in suspicions]}
     if record["status"] == REFUSED:
         if not suspicions:
-            return judged
+            return gate_record
         if candidate.known.get(ACCEPTED_COLUMN):
-            return {**judged, "remedy": f"accepted = yes does not answer this; {record['remedy']}"}
+            return {**gate_record, "remedy": f"accepted = yes does not answer this; {record['remedy']}"}
         remedy = f"{record['remedy']}; such an option is a column of the table too, and accepted = no leaves it out"
-        return {**judged, "status": SUSPICIOUS, "remedy": remedy}
-    judged["notes"] = [*notes, *texts]
+        return {**gate_record, "status": SUSPICIOUS, "remedy": remedy}
+    gate_record["notes"] = [*notes, *texts]
     unsettled = [suspicion for suspicion in suspicions if not _is_settled(suspicion["kind"], fleet, candidate)]
     if not unsettled:
-        return {**judged, "status": READ}
+        return {**gate_record, "status": READ}
     answers = dict.fromkeys(_ANSWERS[suspicion["kind"]] for suspicion in unsettled)
     return {
-        **judged,
+        **gate_record,
         "status": SUSPICIOUS,
         "reason": "; ".join(suspicion["text"] for suspicion in unsettled),
         "remedy": f"in its row of the table, give {'; '.join(answers)}; or accepted = yes to use it as it is, or"
@@ -71,7 +71,10 @@ def judge_profile(fleet: Fleet, candidate: Candidate, record: Mapping[str, Any])
 
 
 def _is_settled(kind: SuspicionKind, fleet: Fleet, candidate: Candidate) -> bool:
-    """Whether a row of a table, or the case for a cant, answers a suspicion about a profile that could be read."""
+    """Whether the row of a profile answers a suspicion.
+
+    The inclination of the case answers a suspicion of a cant, if it is none.
+    """
     if candidate.known.get(ACCEPTED_COLUMN):
         return True
     return kind == "canted" and (INCLINATION_COLUMN in candidate.known or fleet.case.inclination_rad == 0.0)

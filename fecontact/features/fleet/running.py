@@ -105,7 +105,10 @@ class FleetScreening:
 
 
 def _list_reasons(profiles: Sequence[ReadProfile], status: str) -> dict[str, str]:
-    """Reasons of the profiles with a status, by body and name; for suspicious profiles with the remedies."""
+    """Reasons of the profiles with a status, by body and name.
+
+    The reason of a suspicious profile has its remedy.
+    """
     return {
         f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
         + (f"; {profile.record['remedy']}" if status == SUSPICIOUS else "")

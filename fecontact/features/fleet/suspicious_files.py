@@ -1,4 +1,4 @@
-"""Suspicious files of a fleet in its report: a table, and small pictures of points and nominal profile."""
+"""Suspicious files of a fleet in its report: a table and small pictures."""
 
 from __future__ import annotations
 
@@ -58,11 +58,10 @@ def make_suspicious_parts(fleet: ScreenedFleet) -> Iterator[Part]:
         f" {1e2 * fleet.record.get('suspicious_share', 0.0):.1f} % of the pairs, by weight, are left out of the answer"
         " for them. Settle each in its row of the table, and run the same command again."
     )
-    shown = rows[:_MOST_PICTURES]
-    words = (
-        f"Points (dark), and the nominal profile in its own axes (light) with the origin; the first {len(shown)} files."
-    )
-    yield Picture(content=render_image(draw_suspicious_files(fleet, shown)), words=words, width=1100)
+    picture_rows = rows[:_MOST_PICTURES]
+    words = "Points (blue) and nominal profile in its own axes (grey) with the origin (+), in mm; at most the first"
+    words += f" {_MOST_PICTURES} files."
+    yield Picture(content=render_image(draw_suspicious_files(fleet, picture_rows)), words=words, width=1100)
     yield make_table("", _COLUMNS, rows)
 
 

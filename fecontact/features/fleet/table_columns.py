@@ -207,7 +207,7 @@ def select_reading_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def select_case_values(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Inputs of a case from the values of a row; columns without a value are left out.
+    """Inputs of a case from the values of a row, without empty columns.
 
     Parameters
     ----------
