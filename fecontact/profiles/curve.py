@@ -20,6 +20,7 @@ from fecontact.errors import InputError, check_positive
 from fecontact.profiles.pieces import MonotoneFunction, PiecewiseCurve
 from fecontact.profiles.reading import MM_PER_UNIT, suggest_mirroring, suggest_option
 from fecontact.profiles.segments import Arc, CurvePoints, Polynomial, Segment, SmoothingResult, Spline, StraightSegment
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 if TYPE_CHECKING:
     from fecontact.profiles.point_problems import PointProblem
@@ -783,10 +784,11 @@ def check_shape(
                 + suggest_option(kind, "columns", flipped_columns)
             )
         if dip > _LARGEST_DIP_MM:
-            raise InputError(
+            raise SuspiciousProfileError(
                 f"{what}: the profile dips by {dip:.1f} mm at y = {y[at]:.1f} mm, like the flange of a wheel, but a"
                 " rail is needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the"
-                " sides of the head"
+                " sides of the head",
+                "other body",
             )
         return
     middle = (y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))
@@ -795,9 +797,10 @@ def check_shape(
         and measure_median_height(y[middle], z[middle]) - max(z[0], z[-1]) > _LARGEST_DIP_MM
         and _find_deepest_dip(z)[0] < 1.0
     ):
-        raise InputError(
+        raise SuspiciousProfileError(
             f"{what}: both ends of the profile are more than {_LARGEST_DIP_MM:g} mm below its middle, as on a rail,"
-            " but a wheel is needed; give the file as the rail (--rail, or --kind rail)"
+            " but a wheel is needed; give the file as the rail (--rail, or --kind rail)",
+            "other body",
         )
     # the back of the flange and the face of the rim are high, so they are ignored
     steep = np.abs(np.diff(z)) > 4.0 * np.abs(np.diff(y))
@@ -814,9 +817,10 @@ def check_shape(
             + suggest_option(kind, "columns", flipped_columns)
         )
     if drop > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
-        raise InputError(
+        raise SuspiciousProfileError(
             f"{what}: the flange is at y = {y[z.argmin()]:.1f} mm, but a flange is on the gauge side, y < 0; reverse "
-            "the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored)
+            "the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored),
+            "mirrored",
         )
 
 

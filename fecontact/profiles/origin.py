@@ -11,6 +11,7 @@ from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.profiles.curve import ProfileKind, measure_median_height
 from fecontact.profiles.reading import Reading, suggest_option
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 # Least extent of a profile on both sides of its tape circle.
 _LEAST_INSIDE_MM = 1.0
@@ -69,39 +70,43 @@ def check_origin(points: Floats, kind: ProfileKind, reading: Reading, label: str
         if reading.tape_circle_mm is None:
             # a tape circle outside the profile is no answer
             unusual = f", or {suggest_option('wheel', 'tape_circle_mm', 0.0)} if y = 0 is the tape circle of this wheel"
-            raise InputError(
+            raise SuspiciousProfileError(
                 f"{label}: {tip_text}; allowed: {usual_text}; {_suggest_tape_circle(float(y[tip]), reading)}"
-                f"{unusual if inside else ''}"
+                f"{unusual if inside else ''}",
+                "tape circle",
             )
         notes.append(f"{tip_text}; usual: {usual_text}")
     if not inside:
         ends = sorted(_locate_in_file(float(end), reading) for end in (y.min(), y.max()))
         width = ends[1] - ends[0]
         if width < SHORTEST_WHEEL_MM:
-            raise InputError(
+            raise SuspiciousProfileError(
                 f"{label}: {describe_short_wheel(width)}; allowed: at least {SHORTEST_WHEEL_MM:g} mm; give the whole"
                 " running surface, or, for a roller that has its radius in the middle of the points,"
-                f" {suggest_option(kind, 'tape_circle_mm', round(0.5 * sum(ends), 1))}"
+                f" {suggest_option(kind, 'tape_circle_mm', round(0.5 * sum(ends), 1))}",
+                "short",
             )
         lowest, highest = ends[0] + _LEAST_INSIDE_MM, ends[1] - _LEAST_INSIDE_MM
         example_mm = _USUAL_FROM_BACK_MM if lowest <= _USUAL_FROM_BACK_MM <= highest else float(round(0.5 * sum(ends)))
-        raise InputError(
+        raise SuspiciousProfileError(
             f"{label}: the tape circle y = 0 is outside the profile or at its end, y = {y.min():.4g} to "
             f"{y.max():.4g} mm;"
             f" allowed: at least {_LEAST_INSIDE_MM:g} mm within the profile; give the y of the file at which the"
             " rolling"
             f" radius is measured, {lowest:.4g} to {highest:.4g} mm, with --wheel-tape-circle-mm (tape_circle_mm in"
-            f" [wheel_file]); for example, {suggest_option(kind, 'tape_circle_mm', example_mm)}"
+            f" [wheel_file]); for example, {suggest_option(kind, 'tape_circle_mm', example_mm)}",
+            "tape circle",
         )
     if reading.tape_circle_z_mm is not None:
         return [*notes, f"the wheel has its rolling radius at z = {reading.tape_circle_z_mm:g} mm of the file"]
     if abs(height) > _LARGEST_HEIGHT_MM:
-        raise InputError(
+        raise SuspiciousProfileError(
             f"{label}: the profile has z = {height:.4g} mm at the tape circle y = 0; allowed: "
             f"{-_LARGEST_HEIGHT_MM:g} to"
             f" {_LARGEST_HEIGHT_MM:g} mm; {suggest_option(kind, 'tape_circle_z_mm', round(height, 4))} if the rolling"
             " radius belongs to the profile there, or"
-            f" {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0"
+            f" {suggest_option(kind, 'tape_circle_z_mm', 0.0)} if it belongs to z = 0",
+            "shifted",
         )
     if abs(height) > _NOTED_HEIGHT_MM:
         notes.append(

@@ -22,6 +22,7 @@ from fecontact.profiles.point_noise import compare_with_neighbours, estimate_noi
 from fecontact.profiles.point_problems import PointProblem, compute_turning_angles, find_crossings, find_disorder
 from fecontact.profiles.reading import Reading, suggest_option
 from fecontact.profiles.segments import Segment, SmoothingResult, Spline, StraightSegment
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 # --- Single points that are off their profile: spikes of a measurement, and wrong digits in a table of exact points.
 #
@@ -742,7 +743,10 @@ def _remove_wrong_points(
             too_many = len(left_out) + len(problems) > _LARGEST_OMITTED_SHARE * len(points)
             if large and (too_many or not repair):
                 is_remedy = not (repair or too_many) and _can_repair(points, file_points)
-                raise InputError(_explain_refusal(large, file_points, is_remedy=is_remedy, too_many=too_many))
+                text = _explain_refusal(large, file_points, is_remedy=is_remedy, too_many=too_many)
+                if all(problem.what == "spike" for problem in large):
+                    raise SuspiciousProfileError(text, "dented")
+                raise InputError(text)
             if too_many:
                 break
             # points out of order are searched again among their new neighbours

@@ -44,6 +44,7 @@ from fecontact.profiles.smoothing import (
     select_running_part,
     smooth_frame,
 )
+from fecontact.profiles.suspicions import SuspiciousProfileError
 from fecontact.profiles.variants import make_segments
 
 # Registration steps of the first look: from 50 mrad and some mm, the correct rail is the nearest of all after four.
@@ -221,7 +222,7 @@ def _measure_field_side_loss_mm(feet: FootPoints) -> float | None:
     return float(field - gauge)
 
 
-def _check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch] = ()) -> list[str]:
+def check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch] = ()) -> list[str]:
     """Check whether a head may be mirrored.
 
     Such a head is canted or worn to the field side.
@@ -242,7 +243,7 @@ def _check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequ
 
     Raises
     ------
-    InputError
+    SuspiciousProfileError
         The options do not answer the question. The message has the options that do.
     """
     if file_points.kind == "wheel":
@@ -266,10 +267,11 @@ def _check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Sequ
         )
         observation_text = f"{', and '.join(observations)}, so the profile may be mirrored"
         if reading.mirror is None:
-            raise InputError(
+            raise SuspiciousProfileError(
                 f"{file_points.name}: {observation_text}: wear and cant are on the gauge side, y < 0;"
                 f" {suggest_mirroring(file_points.kind, mirrored=False)} if it is mirrored, or "
-                f"{suggest_unmirrored(file_points.kind)} if it is not"
+                f"{suggest_unmirrored(file_points.kind)} if it is not",
+                "mirrored",
             )
         return [
             f"{observation_text}; {suggest_mirroring(file_points.kind, mirrored=True)} if it is"
@@ -304,20 +306,20 @@ def fit_profile(file_points: ProfilePoints, reading: Reading) -> Profile:
     """
     file_points = check_points(file_points, reading)
     if reading.filter_mm == 0.0 or len(file_points.points) < 20:
-        return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
+        return fit_splines(replace(file_points, notes=(*file_points.notes, *check_mirroring(file_points, reading))))
     points = drop_close_points(file_points.points, _CLOSEST_OVER_SPACING * measure_spacing_mm(file_points.points))
     is_requested = (
         reading.filter_mm is not None or reading.noise_mm is not None or reading.nominal not in ("auto", "none")
     )
     if not is_requested and is_exact(points):
-        return fit_splines(replace(file_points, notes=(*file_points.notes, *_check_mirroring(file_points, reading))))
+        return fit_splines(replace(file_points, notes=(*file_points.notes, *check_mirroring(file_points, reading))))
     is_named = reading.nominal not in ("auto", "none")
     matches = find_nearest_profiles(
         points, file_points.kind, (find_library_name(reading.nominal, file_points.kind),) if is_named else None
     )
     measured = _smooth_points(replace(file_points, points=points), reading, matches)
     crowded = len(file_points.points) - len(points)
-    remarks = [*_check_mirroring(file_points, reading, matches), *_describe_omissions(file_points, measured, crowded)]
+    remarks = [*check_mirroring(file_points, reading, matches), *_describe_omissions(file_points, measured, crowded)]
     remarks += [_describe_smoothing(measured, reading), *_describe_choices(measured, file_points.kind)]
     return build_profile(file_points, make_segments(measured), remarks, measured)
 
@@ -408,6 +410,24 @@ def _smooth_deviation(
         return None
 
 
+def describe_turn(name: str, turn_rad: float) -> str:
+    """Rotation with which a profile of the library fits points, in words.
+
+    Parameters
+    ----------
+    name
+        Name of the profile.
+    turn_rad
+        Rotation in rad, positive to the left.
+
+    Returns
+    -------
+    str
+        Beginning of a sentence.
+    """
+    return f"{name} fits the points with a rotation of {1e3 * turn_rad:+.1f} mrad"
+
+
 def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]:
     """Describe assumptions about points with a nominal profile, and the options against them.
 
@@ -435,7 +455,7 @@ def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]
     near_cants = [cant for cant in _USUAL_CANT if abs(abs(turn_rad) * cant - 1.0) < _CANT_TOLERANCE]
     if kind == "rail" and near_cants:
         remarks.append(
-            f"{measured.nominal} fits the points with a rotation of {1e3 * turn_rad:+.1f} mrad, near 1:{near_cants[0]};"
+            f"{describe_turn(measured.nominal, turn_rad)}, near 1:{near_cants[0]};"
             f" if the rail in the file is canted already, give --inclination none"
         )
     return remarks

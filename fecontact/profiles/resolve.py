@@ -43,9 +43,10 @@ from fecontact.profiles.reading import (
     is_short_form,
 )
 from fecontact.profiles.recognition import fit_profile
+from fecontact.profiles.suspicions import SuspiciousProfileError
 
 
-class WrongKindError(InputError):
+class WrongKindError(SuspiciousProfileError):
     """Error for a wheel in place of a rail, or the reverse."""
 
 
@@ -431,7 +432,8 @@ def _check_kind(stated_kind: ProfileKind, spec: str, kind: ProfileKind) -> None:
     if stated_kind != kind:
         raise WrongKindError(
             f"{spec!r} is a {stated_kind}, but a {kind} is needed; give it as the {stated_kind} (--{stated_kind}, "
-            f"or --kind {stated_kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}"
+            f"or --kind {stated_kind}), or choose a {kind} of the library: {', '.join(list_names(kind))}",
+            "other body",
         )
 
 

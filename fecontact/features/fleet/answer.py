@@ -55,6 +55,8 @@ _COLUMNS_WITHOUT_CLASSES = {
     "filter_mm",
     "weight",
     "reader_notes",
+    "suspicions",
+    "accepted",
 }
 # A text column with more values has names instead of classes; numbers with more values are divided into quarters.
 _MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4

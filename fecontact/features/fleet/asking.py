@@ -93,10 +93,12 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import make_answer_rows, make_report_parts, write_report
     from fecontact.features.fleet.sealed_folder import lock_fleet, refuse_damaged_fleet
+    from fecontact.features.fleet.suspicious_files import make_suspicious_parts
 
     with lock_fleet(folder), refuse_damaged_fleet(folder):
         fleet_answer = evaluate_fleet(folder)
-        page = write_report(fleet_answer, folder, open_fleet(folder).case)
+        screened = open_fleet(folder)
+        page = write_report(fleet_answer, folder, screened.case, make_suspicious_parts(screened))
     tell(
         make_answer_rows(fleet_answer) if json else fleet_answer,
         lambda answer: make_report_parts(answer, folder / "report"),

@@ -51,6 +51,12 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
             )
         print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
         print_reasons(
+            f"{len(screening.suspicious)} of {screening.profiles} files are suspicious, and"
+            f" {1e2 * screening.suspicious_share:.1f} % of the pairs, by weight, are left out for them; settle each"
+            " in its row of the table, and run the same command again (pictures: fecontact fleet report)",
+            screening.suspicious,
+        )
+        print_reasons(
             f"{len(screening.unread)} of {screening.profiles} files were not read for want of memory, disk space or"
             " workers; run the same command again",
             screening.unread,
@@ -84,7 +90,10 @@ def check(file: Path) -> int:
     file
         File of the fleet (TOML), as for `fecontact fleet run`.
     """
+    from fecontact.features.fleet.checking import describe_sample_size
+
     announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
+    print_result(describe_sample_size())
     return 0
 
 
@@ -105,7 +114,7 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
     from fecontact.jobs.workers import count_default_workers
 
     cost = check_fleet(file)
-    for sentence in cost.tables:
+    for sentence in (*cost.tables, *cost.copies):
         say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
     say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)

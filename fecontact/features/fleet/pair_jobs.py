@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
 from pathlib import Path
+from typing import Any
 
 from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
-from fecontact.features.fleet.model import Fleet
+from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.packages import import_arrow
-from fecontact.features.fleet.population import Candidate, Pair, weigh_candidate_pairs
-from fecontact.features.fleet.profile_files import UNREAD, ReadProfile, read_refusal_reason
+from fecontact.features.fleet.population import Candidate, Pair, list_weighted_pairs, weigh_candidate_pairs
+from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
 from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
+from fecontact.features.fleet.table_columns import (
+    READ,
+    SUSPICIOUS,
+    UNREAD,
+    select_case_values,
+    set_case_values,
+)
 from fecontact.features.fleet.tables import read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
 from fecontact.jobs.engine import OpenRun
@@ -65,29 +74,67 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
             reason = f"first reason: {read_refusal_reason(unusable[0])}; all reasons: {PROFILES}"
             if unread := [profile for profile in unusable if profile.record["status"] == UNREAD]:
                 raise WorkersLost(f"[{body}s]: no file could be read; {reason}; {unread[0].record['remedy']}")
-            raise InputError(f"[{body}s]: no file could be read; {reason}")
+            raise InputError(f"[{body}s]: no file could be used; {reason}; remedy: {unusable[0].record['remedy']}")
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
     return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 
 
-CaseKey = tuple[str, str, float | None]
-"""Names of wheel and rail in the case of a pair, and the radius of the wheel in mm if its table has a radius."""
+def find_suspicious_share(fleet: Fleet, profiles: Sequence[ReadProfile]) -> float:
+    """Share of the pairs, by weight, that suspicious profiles leave out of the answer.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    profiles
+        Results of the readings.
+
+    Returns
+    -------
+    float
+        Share from 0 to 1 of the pairs of profiles that are read or suspicious. For drawn pairs, the expected share.
+    """
+    if all(profile.record["status"] != SUSPICIOUS for profile in profiles):
+        return 0.0
+    weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
+    suspicious: dict[str, set[str]] = {"wheel": set(), "rail": set()}
+    for profile in profiles:
+        candidate = profile.candidate
+        if profile.record["status"] in (READ, SUSPICIOUS):
+            weights[candidate.body][candidate.name] = candidate.weight
+        if profile.record["status"] == SUSPICIOUS:
+            suspicious[candidate.body].add(candidate.name)
+    wheels, rails = (normalise_weights(weights[body].items(), f"[{body}s]") for body in ("wheel", "rail"))
+    if fleet.pairing.table is None:
+        usable_shares = [
+            math.fsum(weight for name, weight in shares.items() if name not in suspicious[body])
+            for body, shares in (("wheel", wheels), ("rail", rails))
+        ]
+        return 1.0 - usable_shares[0] * usable_shares[1]
+    # the names were checked when the pairs were weighed
+    pairs = list(list_weighted_pairs(fleet.folder / fleet.pairing.table, wheels, rails, None))
+    left_out = [weight for (wheel, rail), weight in pairs if wheel in suspicious["wheel"] or rail in suspicious["rail"]]
+    return math.fsum(left_out) / math.fsum(weight for _, weight in pairs)
+
+
+CaseKey = tuple[str, str, tuple[tuple[str, Any], ...]]
+"""Names of wheel and rail in the case of a pair, and the inputs of the case that their tables have."""
 
 
 def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
-    """Key of the case of a pair: names of the library and the radius of the wheel.
+    """Key of the case of a pair: library names, and inputs from the tables.
 
     A name of the library replaces each file.
     """
-    specs = (one.spec if is_library_name(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
-    return *specs, wheel.known.get("rolling_radius_mm")  # type: ignore[return-value]
+    wheel_name, rail_name = (one.spec if is_library_name(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
+    return wheel_name, rail_name, tuple((select_case_values(wheel.known) | select_case_values(rail.known)).items())
 
 
 def _make_case(fleet: Fleet, case_key: CaseKey) -> Case:
     """Case of a pair with given profiles: its files are not read again."""
-    wheel, rail, radius = case_key
+    wheel, rail, values = case_key
     case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
-    return case if radius is None else replace(case, rolling_radius_mm=radius)
+    return set_case_values(case, dict(values))
 
 
 def _list_pair_jobs(

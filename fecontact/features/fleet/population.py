@@ -24,6 +24,7 @@ from fecontact.features.fleet.table_columns import (
     describe_columns,
     make_profile_layout,
     name_metadata,
+    select_case_values,
     select_reading_values,
 )
 from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
@@ -61,6 +62,8 @@ class Candidate:
         Values of the other columns of its row, under their names in the table.
     problem, remedy
         Reason why it is not read.
+    copy_of
+        Name of an earlier profile with the same content and the same options; empty if there is none.
     """
 
     body: Body
@@ -72,6 +75,7 @@ class Candidate:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     problem: str = ""
     remedy: str = ""
+    copy_of: str = ""
 
 
 def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
@@ -310,11 +314,14 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
         except InputError as error:
             return replace(candidate, problem=str(error), remedy="check the path")
         candidate = replace(candidate, content_hash=content)
-    reading = repr(select_reading_values(candidate.known))
+    reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))
     first_name = contents.setdefault((content, reading), candidate.name)
     if first_name != candidate.name:
         return replace(
-            candidate, problem=f"same content as {first_name}", remedy="list it once, with the sum of the weights"
+            candidate,
+            problem=f"same content as {first_name}",
+            remedy="list it once, with the sum of the weights",
+            copy_of=first_name,
         )
     return candidate
 
@@ -349,7 +356,7 @@ def weigh_candidate_pairs(
     )
     if fleet.pairing.table is not None:
         path = fleet.folder / fleet.pairing.table
-        return normalise_weights(_list_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
+        return normalise_weights(list_weighted_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
         count = round(fleet.pairing.draw)
@@ -368,13 +375,26 @@ def weigh_candidate_pairs(
     }
 
 
-def _list_pairs(
-    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
+def list_weighted_pairs(
+    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str] | None
 ) -> Iterator[tuple[Pair, float]]:
-    """Weighted pairs of a table, without pairs of refused profiles.
+    """Weighted pairs of a table, without pairs of other profiles.
 
-    `wheels` and `rails` have the weights of the profiles that are not refused, by name; `known_names` has "wheel NAME"
-    and "rail NAME" of all profiles. The weight of a pair is its weight in the table times both weights.
+    The weight of a pair is its weight in the table times both weights.
+
+    Parameters
+    ----------
+    path
+        Table of pairs.
+    wheels, rails
+        Weights of the profiles, by name.
+    known_names
+        "wheel NAME" and "rail NAME" of all profiles of the fleet; None for a table that was checked before.
+
+    Yields
+    ------
+    tuple
+        Names of wheel and rail, and the weight.
 
     Raises
     ------
@@ -383,7 +403,7 @@ def _list_pairs(
     """
     for row in read_user_table(path, PAIR_LAYOUT):
         wheel, rail = row.values["wheel"], row.values["rail"]
-        if unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names:
+        if known_names is not None and (unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names):
             raise InputError(
                 f"table {path}, row {row.number}: there is no {min(unknown)}; give the name in its table, or its file"
                 " name without ending"

@@ -11,18 +11,25 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.population import Candidate
+from fecontact.features.fleet.quality_gate import is_left_out, judge_profile
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
-from fecontact.features.fleet.table_columns import RADIUS_COLUMN, select_reading_values
+from fecontact.features.fleet.table_columns import (
+    ACCEPTED_COLUMN,
+    RADIUS_COLUMN,
+    READ,
+    REFUSED,
+    UNREAD,
+    select_case_values,
+    select_reading_values,
+    set_case_values,
+)
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import JobOutcome
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import radius_note, radius_of_file_mm
 from fecontact.runs.identity import digest_json
-
-READ, REFUSED, UNREAD = "read", "refused", "unread"
-"""Status of a file: read, refused for its content, or not read for a reason that is not in the file."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +43,7 @@ class ReadProfile:
     record
         Record of the reading.
     stored
-        The stored profile; None if the profile was refused or not read.
+        The stored profile; None if the profile is suspicious, was refused or not read.
     radius_note
         Contradiction between the rolling radius and the header of the file; empty if there is none.
     """
@@ -70,19 +77,20 @@ class ReadProfile:
             **{"status": record["status"], "reason": record.get("reason", ""), "remedy": record.get("remedy", "")},
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
             **{"wear_mm": record.get("wear_mm"), "weight": candidate.weight, "reader_notes": "\n".join(self.notes)},
+            "suspicions": ", ".join(dict.fromkeys(record.get("kinds", ()))),
         }
         return {**columns, **candidate.known, **candidate.metadata}
 
 
 def read_refusal_reason(profile: ReadProfile) -> str:
-    """Reason why a profile is refused."""
+    """Reason why a profile is suspicious or refused."""
     return str(profile.record["reason"])
 
 
 def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
-    """Give a profile a problem if no case can have its radius or side.
+    """Give a profile a problem if its row is not usable.
 
-    Both are from the table of the profiles.
+    A row is not usable if no case can have its inputs, or if it leaves the profile out.
 
     Parameters
     ----------
@@ -98,10 +106,11 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
     """
     if one.problem:
         return one
+    if is_left_out(one):
+        return replace(one, problem="accepted is no in its table", remedy="give accepted = yes to use it")
     try:
         select_reading(fleet, one)
-        if (radius := one.known.get(RADIUS_COLUMN)) is not None:
-            replace(fleet.case, rolling_radius_mm=radius)
+        set_case_values(fleet.case, select_case_values(one.known))
     except InputError as error:
         reason, _, remedy = str(error).partition("; ")
         return replace(one, problem=reason, remedy=remedy)
@@ -158,7 +167,11 @@ def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
         Options of reading this file.
     """
     reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
-    return replace(reading, **select_reading_values(candidate.known))
+    reading = replace(reading, **select_reading_values(candidate.known))
+    # a head is used as it is: it is not mirrored
+    if candidate.body == "rail" and candidate.known.get(ACCEPTED_COLUMN) and reading.mirror is None:
+        return replace(reading, mirror=False)
+    return reading
 
 
 def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
@@ -180,6 +193,8 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     list of ReadProfile
         The result of each profile, in order.
     """
+    track = fleet.case.track
+    gauge_depth_mm = 0.0 if track.rail_crown_y_mm is not None else track.gauge_depth_mm
     works: dict[str, ReadingProfile] = {}
     job_ids: list[str] = []
     for candidate in candidates:
@@ -190,6 +205,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
             content_hash=candidate.content_hash,
             reading=reading,
             filters_mm=fleet.filters_mm,
+            gauge_depth_mm=gauge_depth_mm,
         )
         # the file suffix determines how the content is read
         identity = (
@@ -198,6 +214,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
             Path(candidate.spec).suffix.lower(),
             repr(reading),
             fleet.filters_mm,
+            gauge_depth_mm,
         )
         job_ids.append("" if candidate.problem else digest_json(identity)[:20])
         if not candidate.problem:
@@ -208,7 +225,7 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     )
     return [
         replace(
-            _collect_profile(candidate, outcomes.get(job_id), works.get(job_id), folder / job_id),
+            _collect_profile(fleet, candidate, outcomes.get(job_id), works.get(job_id), folder / job_id),
             radius_note=_find_radius_note(fleet, candidate),
         )
         for candidate, job_id in zip(candidates, job_ids, strict=True)
@@ -216,11 +233,12 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
 
 
 def _collect_profile(
-    candidate: Candidate, outcome: JobOutcome | None, work: ReadingProfile | None, folder: Path
+    fleet: Fleet, candidate: Candidate, outcome: JobOutcome | None, work: ReadingProfile | None, folder: Path
 ) -> ReadProfile:
     """Result of a profile from the outcome of its job, or its refusal.
 
-    A profile without a job is refused with the problem of its candidate. A job that failed because of its content is a
+    A profile without a job is refused with the problem of its candidate. The quality gate judges a profile that was
+    read. A job that failed because of its content is a
     refusal with the failure as reason; a lack of memory, a full disk or a lost process is not a property of the file.
     """
     if outcome is None or work is None:
@@ -235,10 +253,11 @@ def _collect_profile(
             candidate=candidate,
             record={"status": REFUSED, "reason": outcome.failure, "remedy": "check it with `fecontact profiles`"},
         )
-    if outcome.value["status"] == REFUSED:
-        return ReadProfile(candidate=candidate, record=outcome.value)
+    record = judge_profile(fleet, candidate, outcome.value)
+    if record["status"] != READ:
+        return ReadProfile(candidate=candidate, record=record)
     filters = work.filters_mm if outcome.value["measured"] else ()
     stored = StoredProfile(
         body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters
     )
-    return ReadProfile(candidate=candidate, record=outcome.value, stored=stored)
+    return ReadProfile(candidate=candidate, record=record, stored=stored)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -22,11 +22,13 @@ from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import WorkResult
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import is_library_name, load_library_profile
+from fecontact.profiles.plausibility import find_suspicions
 from fecontact.profiles.points import check_points, is_exact
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import fit_profile
 from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Registration, SmoothingFrame
+from fecontact.profiles.suspicions import Suspicion, SuspiciousProfileError
 from fecontact.profiles.variants import build_smoothed_segments
 from fecontact.runs.identity import digest_json
 from fecontact.runs.sources import read_digests
@@ -148,6 +150,8 @@ class ReadingProfile:
         Reading options.
     filters_mm
         Wave lengths of the variants.
+    gauge_depth_mm
+        Depth below the top of a rail to which its gauge side is needed; 0 if the gauge is not used.
     """
 
     body: Body
@@ -155,6 +159,7 @@ class ReadingProfile:
     content_hash: str
     reading: Reading
     filters_mm: tuple[float, ...]
+    gauge_depth_mm: float = 0.0
 
     def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Write the record, and the variants of measured points.
@@ -185,10 +190,14 @@ class ReadingProfile:
         except InputError as error:
             self._refuse_changed_file()
             reason, _, remedy = str(error).partition("; ")
-            write_json(folder / _RECORD_FILE, {"status": "refused", "reason": reason, "remedy": remedy})
+            record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
+            if isinstance(error, SuspiciousProfileError):
+                record["suspicions"] = [asdict(Suspicion(kind=error.kind, text=reason))]
+            write_json(folder / _RECORD_FILE, record)
             return WorkResult()
         self._refuse_changed_file()
-        write_json(folder / _RECORD_FILE, _make_record(variants))
+        suspicions = find_suspicions(variants[0], self.reading, self.gauge_depth_mm)
+        write_json(folder / _RECORD_FILE, {**_make_record(variants), "suspicions": list(map(asdict, suspicions))})
         if variants[0].measured is not None:
             _store_variants(variants, folder / _VARIANTS_FILE)
         return WorkResult()

@@ -5,7 +5,7 @@ CSV.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse_links, write_answer_record
+from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_words import SHIFT_LABEL
@@ -100,10 +101,16 @@ def write_headline(answer: FleetAnswer) -> str:
         Shares at which Hertz holds, is unresolved or could not be solved, and the share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
-    refused_files = sum(row["files"] for row in answer.files if row["status"] != "read")
+    refused_files = sum(row["files"] for row in answer.files if row["status"] not in (READ, SUSPICIOUS))
+    suspicious_files = sum(row["files"] for row in answer.files if row["status"] == SUSPICIOUS)
     files = (
         f"{format_percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
     )
+    if suspicious_files:
+        files += (
+            f"; {count_text(suspicious_files, 'suspicious file')} and"
+            f" {format_percent(answer.about.get('suspicious_share', 0.0))} % of the pairs, by weight, are left out"
+        )
     if not population.drawn:
         return (
             f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
@@ -149,7 +156,9 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
         yield f"If these wheels and rails are a random sample of a network, Hertz holds in {share} of its positions."
 
 
-def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = None) -> Path:
+def write_report(
+    answer: FleetAnswer, folder: Path, case_of: CaseOf | None = None, suspicious: Iterable[Part] = ()
+) -> Path:
     """Write `report.html` and `answer.csv` into a fleet's folder, and pictures and tables into `report/`.
 
     Parameters
@@ -160,6 +169,8 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
         Folder of the fleet.
     case_of
         Function that makes the case of a position; with it the worst pairs are drawn in section.
+    suspicious
+        Section of the suspicious files.
 
     Returns
     -------
@@ -180,6 +191,7 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     parts: list[Part] = [
         Heading(f"Fleet {folder.resolve().name}", 1),
         *make_report_parts(answer, report_folder),
+        *suspicious,
         *([Heading("Cross-sections of the worst pairs"), *sections] if sections else []),
         *closing_parts((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
     ]
@@ -365,7 +377,7 @@ _FILE_COLUMNS = [
     _make_percent_column("%", lambda row: row["share"]),
     text_column("reason", "reason", wraps=True),
     text_column("remedy", "remedy", wraps=True),
-    text_column("example", lambda row: "" if row["status"] == "read" else row["example"]),
+    text_column("example", lambda row: "" if row["status"] == READ else row["example"]),
 ]
 _NOTE_COLUMNS = [
     text_column("", "body"),

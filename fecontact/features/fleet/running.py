@@ -16,11 +16,10 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.packages import import_parquet
-from fecontact.features.fleet.pair_jobs import screen_pairs, weigh_pairs, write_screen
+from fecontact.features.fleet.pair_jobs import find_suspicious_share, screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import (
-    REFUSED,
-    UNREAD,
+    ReadProfile,
     mark_unusable,
     read_profiles,
     read_refusal_reason,
@@ -37,6 +36,7 @@ from fecontact.features.fleet.sealed_folder import (
     remove_outdated_report,
     write_record,
 )
+from fecontact.features.fleet.table_columns import REFUSED, SUSPICIOUS, UNREAD
 from fecontact.features.fleet.tables import write_table
 from fecontact.files import write_text
 from fecontact.jobs.engine import RunSettings, open_run
@@ -70,6 +70,10 @@ class FleetScreening:
         Reasons why files were not read that may be good, such as a lack of memory, by body and name.
     removed_report
         Whether a report of earlier tables was removed.
+    suspicious
+        Reasons and remedies of the files that the quality gate leaves out, by body and name.
+    suspicious_share
+        Share of the pairs, by weight, with such a file.
     """
 
     out: Path
@@ -83,6 +87,8 @@ class FleetScreening:
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     unread: Mapping[str, str] = field(default_factory=dict)
     removed_report: bool = False
+    suspicious: Mapping[str, str] = field(default_factory=dict)
+    suspicious_share: float = 0.0
 
     @property
     def headline(self) -> str:
@@ -90,7 +96,25 @@ class FleetScreening:
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
         missing = len(self.refused) + len(self.unread)
         refused_text = f"; {missing} of {self.profiles} files could not be read" if missing else ""
+        if self.suspicious:
+            refused_text += (
+                f"; {len(self.suspicious)} of {self.profiles} files are suspicious, and"
+                f" {1e2 * self.suspicious_share:.1f} % of the pairs are left out for them"
+            )
         return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
+
+
+def _list_reasons(profiles: Sequence[ReadProfile], status: str) -> dict[str, str]:
+    """Reasons of the profiles with a status, by body and name.
+
+    The reason of a suspicious profile has its remedy.
+    """
+    return {
+        f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
+        + (f"; {profile.record['remedy']}" if status == SUSPICIOUS else "")
+        for profile in profiles
+        if profile.record["status"] == status
+    }
 
 
 def refuse_part(settings: RunSettings) -> None:
@@ -179,16 +203,10 @@ def run_fleet(
             positions=len(pairs) * len(definition.positions),
             verdicts={name: share for name, share in verdict_weights.items() if share},
             profiles=len(profiles),
-            refused={
-                f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
-                for profile in profiles
-                if profile.record["status"] == REFUSED
-            },
-            unread={
-                f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
-                for profile in profiles
-                if profile.record["status"] == UNREAD
-            },
+            refused=_list_reasons(profiles, REFUSED),
+            unread=_list_reasons(profiles, UNREAD),
+            suspicious=_list_reasons(profiles, SUSPICIOUS),
+            suspicious_share=find_suspicious_share(definition, profiles),
             reused=len(pair_run.reused) - reused_files,
             failed=failed,
             notes={
@@ -221,6 +239,8 @@ def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str
         "files": screened.profiles,
         "refused_files": dict(screened.refused),
         "unread_files": dict(screened.unread),
+        "suspicious_files": dict(screened.suspicious),
+        "suspicious_share": screened.suspicious_share,
         "verdicts": dict(screened.verdicts),
         "folder": str(fleet.folder),
         "file": _find_relative_path(path, screened.out),

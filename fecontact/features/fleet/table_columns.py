@@ -3,29 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
+from fecontact.bodies import Track
 from fecontact.case import INPUTS, Case
-from fecontact.inputs.kinds import number_field, text_field
+from fecontact.errors import InputError
+from fecontact.inputs.kinds import custom_field, flag_field, number_field, text_field
 from fecontact.inputs.slots import input_dataclass, list_descriptions
+from fecontact.inputs.texts import INCLINATION_FORMS, parse_inclination
 from fecontact.inputs.user_tables import TableLayout
 from fecontact.profiles.reading import Reading
 
 Body = Literal["wheel", "rail"]
+READ, SUSPICIOUS, REFUSED, UNREAD = "read", "suspicious", "refused", "unread"
+"""Status of a file: read, left out until its row settles a suspicion, refused for its content, or not read for a reason
+that is not in the file.
+"""
 MOST_FILES, MOST_PAIRS, MOST_POSITIONS = 100_000, 1_000_000, 10_000
 READING_COLUMNS = ("mirror", "units", "columns", "tape_circle_mm", "tape_circle_z_mm", "repair")
 """Options of reading a file that its row can have, in place of the options of `[case.wheel_file]` or
 `[case.rail_file]`.
 """
 RADIUS_COLUMN = "rolling_radius_mm"
+INCLINATION_COLUMN, ACCEPTED_COLUMN = "inclination", "accepted"
+_TRACK_COLUMNS = ("back_to_back_mm", "gauge_mm")
 RESULT_COLUMNS = (
     *("body", "name", "file", "content_hash", "status", "reason", "remedy", "noise_um", "filter_mm", "nominal"),
-    *("wear_mm", "weight", "reader_notes"),
+    *("wear_mm", "weight", "reader_notes", "suspicions"),
 )
 """Columns of `profiles.parquet` that each profile has."""
 METADATA_PREFIX = "user_"
 """Beginning of the stored name of a column of the user that has the name of a column of the program."""
-_WHEEL_COLUMNS = ("tape_circle_mm", "tape_circle_z_mm", RADIUS_COLUMN)
+_WHEEL_COLUMNS = ("tape_circle_mm", "tape_circle_z_mm", RADIUS_COLUMN, "back_to_back_mm")
+_RAIL_COLUMNS = (INCLINATION_COLUMN, "gauge_mm")
+_OPPOSITE_SIDE = (
+    "the wheel and the rail on the other side of the track are the mirror images of this wheel and rail, unless"
+    " [case.opposite] gives others for all positions; remove or rename the column"
+)
+_OPPOSITE_COLUMNS = ("opposite", "opposite_wheel", "opposite_rail", "other_wheel", "other_rail")
+
+
+def _is_inclination(value: Any) -> bool:
+    """Whether a value is a text of a rail inclination."""
+    try:
+        return isinstance(value, str) and parse_inclination(value) is not None
+    except InputError:
+        return False
 
 
 @input_dataclass
@@ -39,6 +63,16 @@ class _ProfileColumns:
         None, "Name in the results and in the table of pairs; the name of the file by default", "not empty"
     )
     weight: float = number_field(1.0, "Weight among the wheels, or among the rails", low=0.0, high=1e15)
+    accepted: bool | None = flag_field(
+        "Decision on a suspicious profile: yes uses it as it is, no leaves it out", default=None, alone=False
+    )
+    inclination: str | None = custom_field(
+        None,
+        "Only for a rail: inclination of this rail; none if the profile in the file is inclined already",
+        domain=INCLINATION_FORMS,
+        words=f"a text ({INCLINATION_FORMS})",
+        holds=_is_inclination,
+    )
 
 
 @input_dataclass
@@ -70,7 +104,7 @@ def _list_unused_inputs() -> dict[str, str]:
 
 
 _REMARKS = _list_unused_inputs()
-_CASE, _READING = list_descriptions(Case), list_descriptions(Reading)
+_CASE, _READING, _TRACK = list_descriptions(Case), list_descriptions(Reading), list_descriptions(Track)
 
 
 def make_profile_layout(body: Body) -> TableLayout:
@@ -90,14 +124,17 @@ def make_profile_layout(body: Body) -> TableLayout:
         **list_descriptions(_ProfileColumns),
         **{name: _READING[name] for name in READING_COLUMNS},
         RADIUS_COLUMN: _CASE[RADIUS_COLUMN],
+        **{name: _TRACK[name] for name in _TRACK_COLUMNS},
     }
-    if body == "wheel":
-        return TableLayout(inputs=inputs, required=("file",), most_rows=MOST_FILES, remarks=_REMARKS)
+    other_body, other_columns = ("rail", _RAIL_COLUMNS) if body == "wheel" else ("wheel", _WHEEL_COLUMNS)
     return TableLayout(
-        inputs={name: description for name, description in inputs.items() if name not in _WHEEL_COLUMNS},
+        inputs={name: description for name, description in inputs.items() if name not in other_columns},
         required=("file",),
         most_rows=MOST_FILES,
-        refused={name: "only wheels have it; remove or rename the column" for name in _WHEEL_COLUMNS},
+        refused={
+            **{name: f"only {other_body}s have it; remove or rename the column" for name in other_columns},
+            **dict.fromkeys(_OPPOSITE_COLUMNS, _OPPOSITE_SIDE),
+        },
         remarks=_REMARKS,
     )
 
@@ -117,7 +154,8 @@ POSITION_LAYOUT = TableLayout(
     remarks=_REMARKS,
 )
 """Columns of a table of positions."""
-_PROGRAM_COLUMNS = {name.casefold() for name in (*RESULT_COLUMNS, *READING_COLUMNS, RADIUS_COLUMN)}
+_CASE_COLUMNS = (RADIUS_COLUMN, INCLINATION_COLUMN, *_TRACK_COLUMNS)
+_PROGRAM_COLUMNS = {name.casefold() for name in (*RESULT_COLUMNS, *READING_COLUMNS, *_CASE_COLUMNS, ACCEPTED_COLUMN)}
 
 
 def name_metadata(name: str) -> str:
@@ -166,3 +204,55 @@ def describe_columns(title: str, layout: TableLayout, names: Sequence[str], *, i
 def select_reading_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Options of reading a file from the values of its row; columns without a value are left out."""
     return {name: value for name in READING_COLUMNS if (value := values.get(name)) is not None}
+
+
+def select_case_values(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Inputs of a case from the values of a row, without empty columns.
+
+    Parameters
+    ----------
+    values
+        Values of the row, in a table of the user or in `profiles.parquet`.
+
+    Returns
+    -------
+    dict
+        Values by column.
+    """
+    present = {name: values.get(name) for name in _CASE_COLUMNS}
+    return {name: value for name, value in present.items() if isinstance(value, str) or (value or 0.0) > 0.0}
+
+
+def set_case_values(case: Case, values: Mapping[str, Any]) -> Case:
+    """Case with the inputs that the rows of its wheel and rail have.
+
+    Parameters
+    ----------
+    case
+        Case of the fleet.
+    values
+        Values by column, as of `select_case_values`.
+
+    Returns
+    -------
+    Case
+        The case with these inputs.
+
+    Raises
+    ------
+    InputError
+        If a value is not allowed, or has no effect.
+    """
+    if "gauge_mm" in values and case.track.rail_crown_y_mm is not None:
+        raise InputError(
+            f"gauge_mm is {values['gauge_mm']:g}, but rail_crown_y_mm in [case.track] places all rails; leave out"
+            " one of them"
+        )
+    changes: dict[str, Any] = {}
+    if RADIUS_COLUMN in values:
+        changes[RADIUS_COLUMN] = float(values[RADIUS_COLUMN])
+    if INCLINATION_COLUMN in values:
+        changes["inclination_rad"] = parse_inclination(values[INCLINATION_COLUMN])
+    if track := {name: float(values[name]) for name in _TRACK_COLUMNS if name in values}:
+        changes["track"] = replace(case.track, **track)
+    return replace(case, **changes) if changes else case
