@@ -26,6 +26,7 @@ class Made:
     folder: Path
     truth: dict[tuple[str, str, float, float], str]
     weights: dict[tuple[str, str, float, float], float]
+    profile_rows: tuple = ()
 
     @property
     def share(self) -> float:

@@ -225,7 +225,7 @@ def test_tables_that_were_replaced_with_their_checksums_end_in_one_line(fleet, c
 
 def test_a_changed_profile_is_not_drawn_as_the_screened_one(copied, tmp_path):
     rail = tmp_path / "rail.csv"
-    rail.write_text("y,z\n" + "".join(f"{y},{-(y**2) / 600.0}\n" for y in range(-30, 31)), "utf-8")
+    rail.write_text("y,z\n" + "".join(f"{y},{-(y**2) / 60.0}\n" for y in range(-30, 31)), "utf-8")
     path = fleet_file(tmp_path / "fleet.toml")
     path.write_text(path.read_text("utf-8").replace('["60E1", "54E1"]', '"rail.csv"'), "utf-8")
     run(path, tmp_path / "out")

@@ -262,14 +262,16 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"junk"').replace("weights", "#"))
     outcome = run(path, tmp_path / "out")
     profiles = duckdb.sql(f"select * from '{tmp_path}/out/profiles.parquet'").df().set_index("name")
-    assert set(profiles.query("status == 'refused'").index) == {"a", "b", "c", "turned"}
+    assert set(profiles.query("status == 'refused'").index) == {"a", "b", "c"}
+    # a rail among the wheels
+    assert set(profiles.query("status == 'suspicious'").index) == {"turned"}
     assert (profiles.query("status == 'refused'")["reason"].str.len() > 10).all()
-    assert "4 of 6 files could not be read" in outcome.headline
+    assert "3 of 6 files could not be read; 1 of 6 files are suspicious" in outcome.headline
     assert outcome.pairs == 1
     assert 7.0 < profiles.loc["wheel", "noise_um"] < 9.0
     assert profiles.loc["wheel", "filter_mm"] == "4, 8"
     (junk / "wheel.csv").unlink()
-    with pytest.raises(InputError, match="no file could be read"):
+    with pytest.raises(InputError, match="no file could be used"):
         run(path, tmp_path / "out")
 
 

@@ -99,7 +99,7 @@ class FleetScreening:
         if self.suspicious:
             refused_text += (
                 f"; {len(self.suspicious)} of {self.profiles} files are suspicious, and"
-                f" {1e2 * self.suspicious_share:.1f} % of the pairs are left out for them"
+                f" {1e2 * self.suspicious_share:.1f} % of the pairs, by weight, are left out for them"
             )
         return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
 
