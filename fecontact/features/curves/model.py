@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.files import read_toml
+from fecontact.files import path_exists, read_toml
 from fecontact.inputs.kinds import number_field
 from fecontact.inputs.slots import input_dataclass, read_table
 
@@ -281,7 +281,7 @@ def load_vehicle(spec: str) -> Vehicle:
     460.0
     """
     path = _DATA_FOLDER / f"{spec}.toml" if spec in built_in_vehicles() else Path(spec)
-    if not path.exists():
+    if not path_exists(path):
         raise InputError(
             f"vehicle is {spec!r}: no such file; allowed: {', '.join(built_in_vehicles())}, or a TOML file"
         )
