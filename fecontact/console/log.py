@@ -21,7 +21,7 @@ LOG.propagate = False
 
 
 def _escape_record(record: logging.LogRecord) -> bool:
-    """Escape control characters of a message for the handlers of any caller; keeps the record."""
+    """Escape control characters of a message; keep the record."""
     record.msg, record.args = escape_invisible(record.getMessage()), None
     return True
 

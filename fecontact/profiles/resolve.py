@@ -405,9 +405,9 @@ def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
 
 
 def _has_file(spec: str) -> bool:
-    """Whether something is at a path, or whether a folder of the path is closed to this user.
+    """Whether something is at a path.
 
-    The reader of the file gives the reason of the system then.
+    A path in a folder that is closed to this user counts, because the reader of the file then gives the reason.
     """
     try:
         return path_exists(spec)
