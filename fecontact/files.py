@@ -238,6 +238,36 @@ def open_regular_file(path: Path) -> BufferedReader:
     return path.open("rb")
 
 
+def path_exists(path: str | Path) -> bool:
+    """Whether something is at a path, equally on all versions of Python.
+
+    `Path.exists` never raises an error from Python 3.14 on, and calls a file in the closed folder of another user
+    absent.
+
+    Parameters
+    ----------
+    path
+        Path; any text.
+
+    Returns
+    -------
+    bool
+        False too for a text that cannot be a path.
+
+    Raises
+    ------
+    PermissionError
+        If a folder of the path is closed to this user.
+    """
+    try:
+        os.stat(path)
+    except PermissionError:
+        raise
+    except (OSError, ValueError):
+        return False
+    return True
+
+
 def check_regular_file(path: Path, *, link_allowed: bool = True) -> None:
     """Refuse a folder, a pipe or a device in the place of a file.
 

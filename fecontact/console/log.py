@@ -20,6 +20,15 @@ LOG.addHandler(logging.NullHandler())
 LOG.propagate = False
 
 
+def _escape_record(record: logging.LogRecord) -> bool:
+    """Escape control characters of a message; keep the record."""
+    record.msg, record.args = escape_invisible(record.getMessage()), None
+    return True
+
+
+LOG.addFilter(_escape_record)
+
+
 @contextmanager
 def log_command(path: Path) -> Iterator[None]:
     """Append a command, its messages and its end to a log file.

@@ -26,8 +26,8 @@ BODIES = ("rail", "wheel")
 def short_name(name: str) -> str:
     """Short name of a profile, without the ending and the hash of its file.
 
-    A name of more than 60 characters is cut and keeps its hash. A file that is called rail or wheel keeps its complete
-    name, because only the hash distinguishes it from other files.
+    A name of more than 60 characters is cut and keeps its hash, or its last characters without one. A file that is
+    called rail or wheel keeps its complete name, because only the hash distinguishes it from other files.
 
     Parameters
     ----------
@@ -46,9 +46,12 @@ def short_name(name: str) -> str:
     '60E1'
     """
     file = file_of_identity(name)
-    if file is None or (stem := Path(file).stem).lower() in BODIES:
-        return name
-    return stem if len(stem) <= _LONGEST_NAME else f"{stem[: _LONGEST_NAME - 20]}…{name.rpartition('@')[2]}"
+    is_shortened = file is not None and Path(file).stem.lower() not in BODIES
+    stem = Path(file).stem if file is not None and is_shortened else name
+    if len(stem) <= _LONGEST_NAME:
+        return stem
+    # the hash or the last letters distinguish long names with the same beginning
+    return f"{stem[: _LONGEST_NAME - 20]}…{name.rpartition('@')[2] if is_shortened else stem[-19:]}"
 
 
 def inclination_words(inclination_rad: float) -> str:

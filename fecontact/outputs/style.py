@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import threading
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from io import BytesIO
@@ -25,8 +26,10 @@ if TYPE_CHECKING:
     from jinja2 import Template
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+    from matplotlib.ticker import Formatter
     from PIL.Image import Image
 
 
@@ -271,14 +274,13 @@ def show_text_literally(artist: Artist) -> None:
     """
     from matplotlib.axes import Axes
     from matplotlib.text import Text
-    from matplotlib.ticker import FixedFormatter, FuncFormatter
 
     numbers: set[Any] = set()
     for ax in artist.findobj(Axes):
         for axis in (ax.xaxis, ax.yaxis):
             # This makes the ticks that matplotlib would make only when it draws, and no texts yet.
             ticks = [*axis.get_major_ticks(len(axis.get_majorticklocs())), *axis.get_minor_ticks()]
-            if not isinstance(axis.get_major_formatter(), FixedFormatter | FuncFormatter):
+            if not _escape_tick_labels(axis):
                 numbers |= {axis.get_offset_text(), *(label for tick in ticks for label in (tick.label1, tick.label2))}
     for text in artist.findobj(Text):
         if not isinstance(text, Text) or text in numbers:
@@ -286,6 +288,43 @@ def show_text_literally(artist: Artist) -> None:
         text.set_parse_math(False)
         if (content := escape_invisible(text.get_text())) != text.get_text():
             text.set_text(content)
+
+
+def _escape_tick_labels(axis: Axis) -> bool:
+    """Escape control characters in the labels of an axis that are given texts.
+
+    Parameters
+    ----------
+    axis
+        Axis whose formatter is complete. Its formatter writes the labels again whenever matplotlib draws.
+
+    Returns
+    -------
+    bool
+        Whether the labels are given texts; otherwise they are numbers, which stay as they are.
+    """
+    from matplotlib.category import StrCategoryFormatter
+    from matplotlib.ticker import FixedFormatter, FuncFormatter
+
+    formatter = axis.get_major_formatter()
+    if not isinstance(formatter, FixedFormatter | FuncFormatter | StrCategoryFormatter):
+        return False
+    # Files of two kinds are made from one figure, and axes can share a formatter.
+    if not isinstance(getattr(formatter, "func", None), _EscapedLabels):
+        escaped = FuncFormatter(_EscapedLabels(formatter))
+        escaped.set_offset_string(formatter.get_offset())
+        axis.set_major_formatter(escaped)
+    return True
+
+
+@dataclass(frozen=True)
+class _EscapedLabels:
+    """Function that gives the labels of a formatter without control characters."""
+
+    formatter: Formatter
+
+    def __call__(self, value: float, position: int | None = None) -> str:
+        return escape_invisible(self.formatter(value, position))
 
 
 def _fix_layout(figure: Figure) -> None:

@@ -456,15 +456,16 @@ def _read_rows(path: Path) -> list[list[str]]:
     InputError
         If there is no such file, it is too large, cannot be read or is empty.
     """
+    # the command line imports this module at its start
+    from fecontact.files import path_exists
+    from fecontact.inputs.table_files import decode_text
+
     try:
-        if not path.is_file() or path.stat().st_size > _MAX_BYTES:
+        if not path_exists(path) or not path.is_file() or path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path}: there is no file of at most {_MAX_BYTES / 1e6:g} MB here; check the path")
         content = path.read_bytes()
     except OSError as error:
         raise InputError(f"{path}: the file cannot be read ({error}); give a text file with two columns") from None
-    # the command line imports this module at its start
-    from fecontact.inputs.table_files import decode_text
-
     text = decode_text(content, str(path))
     rows = [line for raw in text.splitlines() if (line := re.sub(r"[#!%].*", "", raw).strip())]
     if not rows:

@@ -12,6 +12,7 @@ from functools import lru_cache
 from pathlib import Path
 
 from fecontact.errors import InputError, check_positive
+from fecontact.files import path_exists
 from fecontact.profiles.curve import (
     Profile,
     ProfileKind,
@@ -466,10 +467,21 @@ def _resolve(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
     if isinstance(spec, ArrayProfile):
         return _read_given_profile(spec, kind, reading)
     # A text with the ending of a special reader is a file, and the reader explains errors.
-    if find_reader(path) is not DEFAULT_READER or os.path.exists(spec):  # in contrast to Path.exists, it never raises
+    if find_reader(path) is not DEFAULT_READER or _has_file(spec):
         return _read_file(spec, kind, reading)
     if can_be_file(spec):
         raise InputError(
             f"there is no file {spec!r}; check the path, or give a name of the library: {', '.join(list_names(kind))}"
         )
     return load_library_profile(find_library_name(spec, kind))
+
+
+def _has_file(spec: str) -> bool:
+    """Whether something is at a path.
+
+    A path in a folder that is closed to this user counts, because the reader of the file then gives the reason.
+    """
+    try:
+        return path_exists(spec)
+    except PermissionError:
+        return True

@@ -12,6 +12,7 @@ from typing import Any
 from fecontact.case import Case
 from fecontact.errors import InputError
 from fecontact.feature_registry import iterate_offers
+from fecontact.files import path_exists
 from fecontact.regression.checks import Check
 from fecontact.runs.toml_cases import read_toml_cases
 
@@ -66,8 +67,8 @@ def load_study(path: str | Path, *, quick: bool = False) -> Study:
     path = Path(path)
     if path.is_dir():
         raise InputError(f"study {path}: {_describe_folder(path)}")
-    if not path.is_file():
-        reason = "a pipe or a device instead of a file" if path.exists() else "no such file"
+    if not path_exists(path) or not path.is_file():
+        reason = "a pipe or a device instead of a file" if path_exists(path) else "no such file"
         raise InputError(f"study {path}: {reason}; give a script or a TOML file of cases")
     if path.suffix == ".py":
         return _load_script(path, quick)

@@ -279,14 +279,14 @@ def load_vehicle(spec: str) -> Vehicle:
     >>> load_vehicle("manchester").wheelset.rolling_radius_mm
     460.0
     """
+    # the command line imports this module at its start, without arrays
+    from fecontact.files import path_exists, read_toml
+
     path = _DATA_FOLDER / f"{spec}.toml" if spec in built_in_vehicles() else Path(spec)
-    if not path.exists():
+    if not path_exists(path):
         raise InputError(
             f"vehicle is {spec!r}: no such file; allowed: {', '.join(built_in_vehicles())}, or a TOML file"
         )
-    # the command line imports this module at its start, without arrays
-    from fecontact.files import read_toml
-
     tables = read_toml(path, f"vehicle {path.name}")
     try:
         return _build_vehicle(tables)
