@@ -32,7 +32,7 @@ files = "{rails}"
 values = [-2, 0]
 [loads_kN]
 values = [60]
-{more}
+{case_text}
 """
 
 
@@ -52,7 +52,7 @@ def roll_points(points, angle_rad):
 
 
 def lift_points(points, y_mm, height_mm, count=5):
-    """Points of which some neighbours are lifted, with sharp edges."""
+    """Points with some lifted neighbours, with sharp edges."""
     first = int(np.argmin(np.abs(points[:, 0] - y_mm)))
     lifted = points.copy()
     lifted[first : first + count, 1] += height_mm
@@ -148,7 +148,7 @@ def list_healthy_alarms(folder, seeds, count):
 
 
 def list_library_alarms(folder, names):
-    """Suspicions about profiles of the library that are written as points, by name."""
+    """Suspicions about library profiles as points, by name."""
     alarms = {}
     for body, name in names:
         points = make_points(name, wear_mm=0.0, noise_mm=0.0)
@@ -171,9 +171,9 @@ def test_no_healthy_profile_of_many_is_suspicious(tmp_path):
     assert list_library_alarms(tmp_path / "library", LIBRARY) == {}
 
 
-def write_gated_fleet(folder, *, wheels, rails="60E1", more=""):
+def write_gated_fleet(folder, *, wheels, rails="60E1", case_text=""):
     (folder / "wheels.csv").write_text(wheels)
-    (folder / "fleet.toml").write_text(FLEET.format(rails=rails, more=more))
+    (folder / "fleet.toml").write_text(FLEET.format(rails=rails, case_text=case_text))
     return folder / "fleet.toml"
 
 
@@ -243,16 +243,16 @@ def test_an_accepted_rail_is_solved_as_it_was_screened(tmp_path):
 
 def test_inclinations_settle_a_canted_rail(tmp_path):
     write_points(tmp_path / "canted.csv", DAMAGED["canted"][1])
-    for cell, more, status in (
+    for cell, case_text, status in (
         ("", "", "suspicious"),
         ("none", "", "read"),
         ("1:40", "", "read"),
         ("", '[case]\ninclination = "none"', "read"),
     ):
         (tmp_path / "rails.csv").write_text(f"file,inclination\n60E1,\ncanted.csv,{cell}\n")
-        path = write_gated_fleet(tmp_path, wheels="file\nS1002\n", rails="rails.csv", more=more)
+        path = write_gated_fleet(tmp_path, wheels="file\nS1002\n", rails="rails.csv", case_text=case_text)
         fecontact.run_fleet(path, tmp_path / "out")
-        assert read_statuses(tmp_path / "out")["canted"][0] == status, (cell, more)
+        assert read_statuses(tmp_path / "out")["canted"][0] == status, (cell, case_text)
 
 
 def test_a_fleet_of_suspicious_wheels_tells_how_to_settle_them(tmp_path):
@@ -273,14 +273,14 @@ def test_a_fleet_of_suspicious_wheels_tells_how_to_settle_them(tmp_path):
 def test_a_column_of_a_row_equals_the_input_of_the_case(tmp_path, column, cell, case):
     screens = []
     is_wheel = column in ("back_to_back_mm", "rolling_radius_mm")
-    for name, table, more in (
+    for name, table, case_text in (
         ("default", "file\n{}\n", ""),
         ("column", f"file,{column}\n{{}},{cell}\n", ""),
         ("case", "file\n{}\n", case),
     ):
         (tmp_path / "rails.csv").write_text("file\n60E1\n" if is_wheel else table.format("60E1"))
         wheels = table.format("S1002") if is_wheel else "file\nS1002\n"
-        path = write_gated_fleet(tmp_path, wheels=wheels, rails="rails.csv", more=more)
+        path = write_gated_fleet(tmp_path, wheels=wheels, rails="rails.csv", case_text=case_text)
         fecontact.run_fleet(path, tmp_path / name)
         screens.append(read_screen(tmp_path / name))
         cases = fecontact.open_fleet(tmp_path / name).case("S1002", "60E1", 0.0, 60.0)
@@ -301,7 +301,7 @@ def test_a_file_with_two_inclinations_is_two_rails(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("wheels", "rails", "more", "message"),
+    ("wheels", "rails", "case_text", "message"),
     [
         (
             "file,opposite_wheel\nS1002,S1002\n",
@@ -318,18 +318,18 @@ def test_a_file_with_two_inclinations_is_two_rails(tmp_path):
         ("file,accepted\nS1002,maybe\n", "file\n60E1\n", "", "accepted is 'maybe'"),
     ],
 )
-def test_columns_that_are_not_allowed_are_refused(tmp_path, wheels, rails, more, message):
+def test_columns_that_are_not_allowed_are_refused(tmp_path, wheels, rails, case_text, message):
     (tmp_path / "rails.csv").write_text(rails)
     with pytest.raises(InputError) as error:
-        fecontact.check_fleet(write_gated_fleet(tmp_path, wheels=wheels, rails="rails.csv", more=more))
+        fecontact.check_fleet(write_gated_fleet(tmp_path, wheels=wheels, rails="rails.csv", case_text=case_text))
     assert message in str(error.value)
 
 
 def test_a_gauge_without_effect_is_refused(tmp_path):
     (tmp_path / "rails.csv").write_text("file,gauge_mm\n60E1,1432\n54E1,\n")
-    more = "[case.track]\nrail_crown_y_mm = 753"
+    case_text = "[case.track]\nrail_crown_y_mm = 753"
     fecontact.run_fleet(
-        write_gated_fleet(tmp_path, wheels="file\nS1002\n", rails="rails.csv", more=more), tmp_path / "out"
+        write_gated_fleet(tmp_path, wheels="file\nS1002\n", rails="rails.csv", case_text=case_text), tmp_path / "out"
     )
     status, _, reason, _ = read_statuses(tmp_path / "out")["60E1"]
     assert (status, "rail_crown_y_mm" in reason) == ("refused", True)
@@ -337,7 +337,7 @@ def test_a_gauge_without_effect_is_refused(tmp_path):
 
 def test_the_share_of_listed_pairs_is_by_their_weights(tmp_path):
     (tmp_path / "pairs.csv").write_text("wheel,rail,weight\na,60E1,1\nb,60E1,2\nb,c,4\na,c,8\na,r,100\n")
-    path = write_gated_fleet(tmp_path, wheels="file\nS1002\n", more='[pairs]\ntable = "pairs.csv"')
+    path = write_gated_fleet(tmp_path, wheels="file\nS1002\n", case_text='[pairs]\ntable = "pairs.csv"')
     statuses = {("wheel", "a"): "read", ("wheel", "b"): "suspicious"}
     statuses |= {("rail", "60E1"): "read", ("rail", "c"): "suspicious", ("rail", "r"): "refused"}
     profiles = [
