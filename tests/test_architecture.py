@@ -33,7 +33,7 @@ ROOMS: dict[str, set[str]] = {
     "inputs": {"errors", "files"},
     "bodies": {"errors", "inputs"},
     "profiles": {"arrays", "errors", "files", "inputs"},
-    "placement": {"arrays", "errors", "inputs", "bodies", "profiles"},
+    "placement": {"arrays", "errors", "files", "inputs", "bodies", "profiles"},
     "criteria": {"errors", "feature_registry", "inputs"},
     "case": {"errors", "inputs", "bodies", "profiles", "placement", "criteria"},
     "contact": {"arrays", "errors"},

@@ -142,8 +142,8 @@ def test_every_text_of_a_figure_is_literal(name):
     figure.suptitle(name)
     assert is_clean(render_svg(figure).decode())
     render_image(figure)
-    shown = escape_invisible(name)
-    texts = [text for text in figure.findobj(Text) if shown[:20] in text.get_text()]
+    escaped = escape_invisible(name)
+    texts = [text for text in figure.findobj(Text) if escaped[:20] in text.get_text()]
     # the title twice, the axis, the legend, the note and the ticks
     assert len(texts) >= 8
     assert not any(text.get_parse_math() for text in texts)

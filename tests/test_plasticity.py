@@ -253,7 +253,7 @@ def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
 
 @needs_factors
 def test_an_unknown_effect_of_the_yield_stress_is_named(loaded_sphere):
-    """The effect is solved on the coarser meshes, which do not yield at a load slightly above first yield."""
+    """The effect is solved on coarser meshes, which may not yield near first yield."""
     without_effect = replace(loaded_sphere.load.plastic, band={})
     (note,) = verdict.describe_plasticity(without_effect)
     assert "15 % lower and higher is unknown, because the coarser meshes do not yield" in note
