@@ -144,8 +144,12 @@ def test_an_empty_part_is_told(tmp_path):
     seal(fleet_made.folder)
     answer = evaluate_fleet(fleet_made.folder)
     assert (answer.network, answer.worst, answer.theories) == (None, [], [])
-    assert [row["verdicts"] for row in answer.causes] == ["refused"] * len(answer.causes)
-    assert sum(row["share"] for row in answer.causes) == pytest.approx(1.0)
+    assert answer.causes == []
+    assert [(row["verdict"], row["kind"]) for row in answer.refusals] == [
+        ("REFUSED", "no reason given"),
+        ("REFUSED", "the wheel does not run on the rail"),
+    ]
+    assert sum(row["share"] for row in answer.refusals) == pytest.approx(1.0)
     assert answer.whole.bounds == (0.0, pytest.approx(1.0))
     write_report(answer, fleet_made.folder)
 

@@ -23,6 +23,7 @@ from fecontact.features.fleet.estimate import (
     find_share_bounds,
 )
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
+from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     FLEET_RECORD,
     check_sample,
@@ -42,7 +43,7 @@ _SHARES_SQL = f"""
     sum(weight) FILTER (verdict = '{HOLDS}') / sum(weight) AS holds,
     sum(weight) FILTER (verdict = '{FAILS}') / sum(weight) AS fails,
     sum(weight) FILTER (verdict = '{OPEN}') / sum(weight) AS open,
-    sum(weight) FILTER (verdict = 'REFUSED') / sum(weight) AS refused"""
+    sum(weight) FILTER (verdict = '{REFUSED}') / sum(weight) AS refused"""
 # Columns of profiles that are not a property of a wheel or a rail.
 _COLUMNS_WITHOUT_CLASSES = {
     "body",
@@ -68,12 +69,14 @@ _LEAST_PROFILES = 10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Subpopulation:
-    """A population or a part of it.
+    """A population of contacts or a part of it.
 
     Attributes
     ----------
     weight, positions
-        Weight, and number of positions.
+        Weight, and number of contacts.
+    no_contact
+        Share of all positions at which the wheel cannot stand on the rail, from 0 to 1. They are not contacts.
     screen
         Shares by the verdict of the screening, from 0 to 1.
     strata
@@ -82,6 +85,7 @@ class Subpopulation:
 
     weight: float
     positions: int
+    no_contact: float
     screen: Mapping[str, float]
     strata: Sequence[Stratum]
 
@@ -126,6 +130,7 @@ class Subpopulation:
             Weight, number of positions and of draws, shares by the screening and by finite elements, and bounds.
         """
         row: Record = {"weight_percent": 1e2 * self.weight, "positions": self.positions}
+        row["no_contact_percent"] = 1e2 * self.no_contact
         row |= {f"screen_{prefix}_percent": 1e2 * value for prefix, value in self.screen.items()}
         row["drawn"] = self.drawn
         for answer in (HOLDS, *UNDECIDED) if self.drawn else ():
@@ -153,7 +158,13 @@ class FleetAnswer:
     cells
         Shares by the screening at each shift and load.
     causes, theories
-        Shares of all positions, by the reason why Hertz does not hold and by the cheapest theory that holds.
+        Shares of all contacts, by the cause for which Hertz fails or is unresolved, and by the cheapest theory that
+        holds.
+    refusals
+        Positions without a verdict by the kind of reason, as shares of all positions.
+    open_causes
+        Shares of all contacts that are unresolved, by the change that would decide them; empty if the screening does
+        not state it.
     worst
         Pairs with the smallest share, each with its worst position.
     strata
@@ -171,6 +182,8 @@ class FleetAnswer:
     cells: Sequence[Record]
     causes: Sequence[Record]
     theories: Sequence[Record]
+    refusals: Sequence[Record]
+    open_causes: Sequence[Record]
     worst: Sequence[Record]
     strata: Sequence[Record]
     files: Sequence[Record]
@@ -208,8 +221,10 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
                 for value, subpopulation in _divide_by_column(tables, body, column).items()
             },
             cells=_query_shares_by_position(tables),
-            causes=_query_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
-            theories=_query_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
+            causes=_query_shares_by(tables, _CAUSE_WITHOUT_NUMBERS, f"verdict IN ('{FAILS}', '{OPEN}')"),
+            theories=_query_shares_by(tables, "cheapest_theory", f"verdict <> '{REFUSED}'"),
+            refusals=query_rows(tables, _REFUSALS),
+            open_causes=_query_shares_by(tables, "open_because", "open_because IS NOT NULL"),
             worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
             files=query_rows(tables, _FILES),
@@ -268,11 +283,20 @@ def _query_subpopulations(
         f" ORDER BY {POSITION_COLUMNS}",
     ):
         by_stratum[row["value"], row["stratum"]].append(row)
+    without_contact = {
+        row["value"]: row["share"] or 0.0
+        for row in query_rows(
+            tables,
+            f"SELECT value, sum(weight) FILTER (verdict = '{NO_CONTACT}') / sum(weight) AS share"
+            f" FROM {join_profiles('placed')} GROUP BY value",
+        )
+    }
     rows_by_stratum = {(row["value"], row["stratum"]): row for row in strata}
     return {
         part_row["value"]: Subpopulation(
             weight=part_row["weight"],
             positions=part_row["positions"],
+            no_contact=without_contact[part_row["value"]],
             screen={name: part_row[name] or 0.0 for name in ("holds", "fails", "open", "refused")},
             strata=[
                 _make_stratum(rows_by_stratum[key], by_stratum[key])
@@ -427,7 +451,7 @@ def _count_distinct(tables: DuckDBPyConnection, columns: str) -> int:
 
 
 def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Record]:
-    """Shares of all positions by a value.
+    """Shares of all contacts by a value.
 
     Each row has the verdicts of the screening for the value.
     """
@@ -440,6 +464,16 @@ def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list
     )
 
 
+# Notes of a theory in a cause may have numbers.
+_CAUSE_WITHOUT_NUMBERS = r"regexp_replace(cause, '[-+]?\d+(\.\d+)?(e[-+]?\d+)?', '...', 'g')"
+_REFUSALS = f"""
+    SELECT verdict, coalesce(reason_kind, reason, 'no reason given') AS kind,
+           arg_min(remedy, position) AS remedy, sum(weight) / (SELECT sum(weight) FROM placed) AS share,
+           count(*) AS positions, arg_min(wheel, position) AS wheel, arg_min(rail, position) AS rail,
+           arg_min(shift_mm, position) AS shift_mm, arg_min(load_kN, position) AS load_kN,
+           arg_min(reason, position) AS reason
+    FROM (SELECT *, row({POSITION_COLUMNS}) AS position FROM placed WHERE verdict IN ('{NO_CONTACT}', '{REFUSED}'))
+    GROUP BY verdict, kind ORDER BY verdict, share DESC, kind"""
 _WORST_PAIRS = f"""
     SELECT wheel, rail, count(*) AS positions, {_SHARES_SQL}, min(margin) AS margin,
            arg_min(shift_mm, place) AS shift_mm, arg_min(load_kN, place) AS load_kN, arg_min(cause, place) AS cause

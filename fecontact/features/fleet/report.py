@@ -86,6 +86,28 @@ def format_interval(share: Share) -> str:
     return f"{format_percent(share.estimate)} % [{format_percent(share.low)}, {format_percent(share.high)}]"
 
 
+def format_shift(shift_mm: float) -> str:
+    """Format a lateral shift in mm with up to two decimals.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift in mm.
+
+    Returns
+    -------
+    str
+        Number without its unit.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.report import format_shift
+    >>> [format_shift(shift_mm) for shift_mm in (-3.84465, 0.0, 2.5, -0.001)]
+    ['-3.84', '0', '2.5', '0']
+    """
+    return f"{shift_mm:z.2f}".rstrip("0").rstrip(".")
+
+
 def write_headline(answer: FleetAnswer) -> str:
     """Answer in a sentence.
 
@@ -97,13 +119,19 @@ def write_headline(answer: FleetAnswer) -> str:
     Returns
     -------
     str
-        Shares at which Hertz holds, is unresolved or could not be solved, and the share of unreadable files.
+        Shares of the contacts at which Hertz holds, is unresolved or could not be solved, share of positions that are
+        not contacts, and share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
     refused_files = sum(row["files"] for row in answer.files if row["status"] != "read")
     files = (
         f"{format_percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
     )
+    if population.no_contact:
+        files = (
+            f"in {format_percent(population.no_contact)} % of all positions the wheel cannot stand on the rail: they"
+            f" are not contacts and are left out; {files}"
+        )
     if not population.drawn:
         return (
             f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
@@ -170,7 +198,7 @@ def write_report(answer: FleetAnswer, folder: Path, case_of: CaseOf | None = Non
     report_folder = folder / REPORT_FOLDER
     report_folder.mkdir(exist_ok=True)
     files = [write_csv(make_answer_rows(answer), folder / ANSWER)]
-    for name in ("cells", "causes", "theories", "worst", "strata", "files", "notes"):
+    for name in (*("cells", "causes", "theories", "refusals", "open_causes"), *("worst", "strata", "files", "notes")):
         files.append(write_csv(getattr(answer, name), report_folder / f"{name}.csv"))
     pictures = {"map": draw_map(answer.cells), "groups": draw_groups(answer)}
     for name, figure in pictures.items():
@@ -235,8 +263,15 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
         )
         yield make_table("Groups, in % of their weight", _GROUP_COLUMNS, make_answer_rows(answer))
     yield Heading("Causes, and theories in place of Hertz")
-    yield make_table("Why Hertz does not hold (screen), in % of all positions", _CAUSE_COLUMNS, answer.causes)
-    yield make_table("Cheapest theory that holds, in % of all positions", _THEORY_COLUMNS, answer.theories)
+    yield make_table("Why Hertz does not hold (screen), in % of all contacts", _CAUSE_COLUMNS, answer.causes)
+    yield make_table("Cheapest theory that holds, in % of all contacts", _THEORY_COLUMNS, answer.theories)
+    if answer.refusals:
+        yield Heading("Positions without an answer")
+        yield (
+            "NO CONTACT: the wheel derails or falls between the rails, so that the position does not belong to the"
+            " population. REFUSED: the position belongs to the population, and its answer is unknown."
+        )
+        yield make_table("Kinds of reasons, in % of all positions", _REFUSAL_COLUMNS, answer.refusals)
     yield Heading("Worst pairs")
     yield make_table(
         "Pairs with the smallest share of Hertz, each with its worst position", _WORST_PAIR_COLUMNS, answer.worst
@@ -270,7 +305,7 @@ def _draw_worst_sections(worst: Sequence[RowMapping], case_of: CaseOf) -> Iterat
     If it cannot be drawn, the reason is given.
     """
     for row in worst:
-        position_text = f"{row['wheel']} on {row['rail']}, {row['shift_mm']:g} mm, {row['load_kN']:g} kN"
+        position_text = _describe_position(row)
         try:
             placement = place_case(case_of(row["wheel"], row["rail"], row["shift_mm"], row["load_kN"]))
         except FecontactError as error:
@@ -280,6 +315,11 @@ def _draw_worst_sections(worst: Sequence[RowMapping], case_of: CaseOf) -> Iterat
                 position_text,
                 [Picture(content=render_image(pair_figure(placement)), words=row["cause"] or "", width=900)],
             )
+
+
+def _describe_position(row: TableRecord) -> str:
+    """Pair, shift and load of a position in words."""
+    return f"{row['wheel']} on {row['rail']}, {format_shift(row['shift_mm'])} mm, {row['load_kN']:g} kN"
 
 
 def _make_percent_column(
@@ -336,12 +376,19 @@ _THEORY_COLUMNS = [
     number_column("positions", "positions"),
 ]
 _CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
+_REFUSAL_COLUMNS = [
+    text_column("screen", "verdict"),
+    text_column("reason", "kind", wraps=True),
+    *_THEORY_COLUMNS[1:],
+    text_column("example", _describe_position, wraps=True),
+    text_column("remedy", "remedy", wraps=True),
+]
 _WORST_PAIR_COLUMNS = [
     text_column("wheel", lambda row: short_name(row["wheel"])),
     text_column("rail", lambda row: short_name(row["rail"])),
     _make_percent_column("holds\n%", lambda row: row["holds"] or 0.0),
     _make_percent_column("unresolved\n%", lambda row: row["open"] or 0.0, rank=1, name="open"),
-    number_column("shift\nmm", "shift_mm"),
+    text_column("shift\nmm", lambda row: format_shift(row["shift_mm"]), "number"),
     number_column("load\nkN", "load_kN"),
     number_column("margin", "margin", "{:.1f}", rank=2, name="margin"),
     text_column("cause", "cause", wraps=True),
@@ -381,7 +428,7 @@ def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
     by_shift: dict[float, dict[float, str]] = defaultdict(dict)
     for row in cells:
         by_shift[row["shift"]][row["load"]] = _format_cell(row)
-    columns = [number_column("shift\nmm", "shift")]
+    columns = [text_column("shift\nmm", lambda row: format_shift(row["shift"]), "number")]
     columns += [text_column(f"{load:g}\nkN", f"{load:g}", "number", none="-") for load in loads]
     table_rows = [
         {"shift": shift, **{f"{load:g}": text_of_load for load, text_of_load in texts.items()}}
@@ -427,7 +474,7 @@ def draw_map(cells: Sequence[RowMapping]) -> Figure:
     for (load, shift), share in np.ndenumerate(shares):
         if np.isfinite(share):
             ax.text(shift, load, format_percent(share / 1e2), ha="center", va="center", fontsize=8)
-    ax.set(xticks=range(len(shifts)), xticklabels=[f"{shift:g}" for shift in shifts], xlabel=SHIFT_LABEL)
+    ax.set(xticks=range(len(shifts)), xticklabels=[format_shift(shift) for shift in shifts], xlabel=SHIFT_LABEL)
     ax.set(yticks=range(len(loads)), yticklabels=[f"{load:g}" for load in loads], ylabel="load in kN")
     figure.colorbar(image, label="pairs for which Hertz holds in %")
     return figure
