@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.features.fleet.estimate import (
     Share,
@@ -57,7 +58,8 @@ _COLUMNS_WITHOUT_CLASSES = {
     "weight",
     "reader_notes",
 }
-# A text column with more values has names instead of classes; numbers with more values are divided into quarters.
+# A text column with more values has names instead of classes. Numbers with more values, or with more values than half
+# of the profiles, are divided into up to four classes.
 _MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4
 # More shifts or loads, for example if they are drawn at random, are rounded to these steps.
 _MOST_SHIFTS, _SHIFT_STEP_MM = 41, 0.5
@@ -384,10 +386,58 @@ def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
     for body, profiles in counts.items():
         for name in names:
             values = len(_query_distinct_values(tables, body, name))
-            classes = _QUARTERS if _is_number(tables, name) and values > _MOST_NUMBERS else values
-            if 1 < classes <= min(_MOST_TEXTS, profiles / 2):
+            limits = _find_limits(tables, body, name)
+            if 1 < (len(limits) + 1 if limits else values) <= min(_MOST_TEXTS, profiles / 2):
                 class_columns.append((body, name))
     return class_columns
+
+
+def _find_limits(tables: DuckDBPyConnection, body: str, column: str) -> list[float]:
+    """Limits between the classes of a column with many numbers; empty for texts and for few numbers."""
+    if not _is_number(tables, column):
+        return []
+    sql = f"SELECT {_make_finite(column)} AS value FROM profiles WHERE body = ? AND status = 'read'"
+    values = np.array([row["value"] for row in query_rows(tables, sql, body) if row["value"] is not None], dtype=float)
+    if np.unique(values).size <= min(_MOST_NUMBERS, values.size / 2):
+        return []
+    return choose_limits(values)
+
+
+def choose_limits(values: Floats) -> list[float]:
+    """Choose round limits between classes with about equal numbers of profiles.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n,)
+        Values of the profiles.
+
+    Returns
+    -------
+    list of float
+        Up to three quantiles, rounded to a multiple of 1, 2 or 5 times a power of ten that is at most a tenth of the
+        range of the middle 80 % of the values. No class is empty; fewer than four values have no limits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.answer import choose_limits
+    >>> choose_limits(np.array([27.91, 28.02, 28.34, 28.77, 29.12, 29.58, 30.05, 30.41]))
+    [28.2, 29.0, 29.6]
+    """
+    classes = min(_QUARTERS, values.size // 2)
+    low, high = np.quantile(values, [0.1, 0.9]) if values.size else (0.0, 0.0)
+    if classes < 2 or not high > low:
+        return []
+    decade = 10.0 ** np.floor(np.log10(0.1 * (high - low)))
+    step = max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade <= 0.1 * (high - low) * (1.0 + 1e-9))
+    limits: list[float] = []
+    for quantile in np.quantile(values, np.arange(1, classes) / classes):
+        # fifteen digits remove the rounding of the product
+        limit = float(f"{round(quantile / step) * step:.15g}")
+        is_class = np.any((values <= limit) & (values > (limits[-1] if limits else -np.inf)))
+        if is_class and np.any(values > limit):
+            limits.append(limit)
+    return limits
 
 
 def _query_distinct_values(tables: DuckDBPyConnection, body: str, column: str) -> list[Any]:
@@ -404,24 +454,32 @@ def _is_number(tables: DuckDBPyConnection, column: str) -> bool:
 def _divide_by_column(tables: DuckDBPyConnection, body: str, column: str) -> dict[str, Subpopulation]:
     """Subpopulations by a column of the wheels or rails.
 
-    Columns with many numbers are divided into quarters of the profiles.
+    Columns with many numbers are divided into classes with round limits. A limit belongs to the class below it.
     """
-    column_sql, values = f"own.{quote_column(column)}", _query_distinct_values(tables, body, column)
-    value_sql = f"CAST({column_sql} AS VARCHAR)"
+    order_sql = f"own.{quote_column(column)}"
+    value_sql = f"CAST({order_sql} AS VARCHAR)"
     if _is_number(tables, column):
-        value_sql = f"format('{{:g}}', CAST({column_sql} AS DOUBLE))"
-        if len(values) > _MOST_NUMBERS:
-            edges = np.quantile(values, np.linspace(0.0, 1.0, _QUARTERS + 1))
-            cases = [
-                f"WHEN {column_sql} <= {float(top)!r} THEN '{_format_edge(low)} to {_format_edge(top)}'"
-                for low, top in pairwise(edges)
-            ]
-            value_sql = f"CASE {' '.join(cases)} END"
-    return _query_subpopulations(tables, body, f"coalesce({value_sql}, 'not given')", column_sql)
+        order_sql = _make_finite(column, "own.")
+        value_sql = f"format('{{:g}}', {order_sql})"
+    if limits := _find_limits(tables, body, column):
+        cases = [f"WHEN {order_sql} <= {limits[0]!r} THEN 'up to {_format_limit(limits[0])}'"]
+        cases += [
+            f"WHEN {order_sql} <= {high!r} THEN '{_format_limit(low)} to {_format_limit(high)}'"
+            for low, high in pairwise(limits)
+        ]
+        cases.append(f"WHEN {order_sql} > {limits[-1]!r} THEN 'above {_format_limit(limits[-1])}'")
+        value_sql = f"CASE {' '.join(cases)} END"
+    return _query_subpopulations(tables, body, f"coalesce({value_sql}, 'not given')", order_sql)
 
 
-def _format_edge(value: float) -> str:
-    return f"{float(f'{value:.3g}'):.10g}"
+def _make_finite(column: str, table: str = "") -> str:
+    """SQL of the numbers of a column; values that are not finite are missing."""
+    number = f"CAST({table}{quote_column(column)} AS DOUBLE)"
+    return f"CASE WHEN isfinite({number}) THEN {number} END"
+
+
+def _format_limit(value: float) -> str:
+    return f"{value:.10g}"
 
 
 def _query_shares_by_position(tables: DuckDBPyConnection) -> list[Record]:

@@ -56,7 +56,7 @@ class ReadProfile:
         """Row of `profiles.parquet`.
 
         Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, notes of
-        the reader, then the inputs and the metadata of its row in a table.
+        the reader, dimensions of the flange (mm), then the inputs and the metadata of its row in a table.
         """
         candidate, record = self.candidate, self.record
         filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
@@ -70,6 +70,7 @@ class ReadProfile:
             **{"status": record["status"], "reason": record.get("reason", ""), "remedy": record.get("remedy", "")},
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
             **{"wear_mm": record.get("wear_mm"), "weight": candidate.weight, "reader_notes": "\n".join(self.notes)},
+            **{f"flange_{name}": record.get("flange", {}).get(name) for name in ("height_mm", "thickness_mm", "qr_mm")},
         }
         return {**columns, **candidate.known, **candidate.metadata}
 

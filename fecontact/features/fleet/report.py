@@ -353,8 +353,24 @@ def _make_interval_column(heading: str, answer: str) -> Column:
     return text_column(heading, cell, "number", none="-")
 
 
+_COLUMN_WORDS = {
+    "flange_height_mm": "flange height Sh, mm",
+    "flange_thickness_mm": "flange thickness Sd, mm",
+    "flange_qr_mm": "qR, mm",
+    "wear_mm": "wear depth, mm",
+    "noise_um": "noise, um",
+    "nominal": "nominal profile",
+    "rolling_radius_mm": "rolling radius, mm",
+}
+
+
+def _describe_group(row: TableRecord) -> str:
+    """Body and property of a group in words."""
+    return f"{row['body']}: {_COLUMN_WORDS.get(row['column'], row['column'])}" if row["column"] else "all"
+
+
 _GROUP_COLUMNS = [
-    text_column("group", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
+    text_column("group", _describe_group),
     text_column("value", "value"),
     _make_percent_column("weight\n%", lambda row: row["weight_percent"] / 1e2),
     _make_percent_column("screen\n%", lambda row: row["screen_holds_percent"] / 1e2),
@@ -519,7 +535,7 @@ def draw_groups(answer: FleetAnswer) -> Figure:
             **style,
             label="finite elements, 95 % interval",
         )
-    names = [f"{row['body']} {row['column']}: {row['value']}" if row["column"] else "all" for row in rows]
+    names = [f"{_describe_group(row)}: {row['value']}" if row["column"] else "all" for row in rows]
     ax.set(yticks=positions, yticklabels=names, xlim=(-2.0, 102.0), xlabel="Hertz holds, in % of the weight")
     ax.invert_yaxis()
     add_grid(ax)

@@ -21,6 +21,7 @@ RADIUS_COLUMN = "rolling_radius_mm"
 RESULT_COLUMNS = (
     *("body", "name", "file", "content_hash", "status", "reason", "remedy", "noise_um", "filter_mm", "nominal"),
     *("wear_mm", "weight", "reader_notes"),
+    *("flange_height_mm", "flange_thickness_mm", "flange_qr_mm"),
 )
 """Columns of `profiles.parquet` that each profile has."""
 METADATA_PREFIX = "user_"
