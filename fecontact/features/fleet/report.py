@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import FecontactError
 from fecontact.features.fleet.answer import FleetAnswer
-from fecontact.features.fleet.estimate import Share
+from fecontact.features.fleet.estimate import Share, count_needed_draws
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse_links, write_answer_record
 from fecontact.files import write_text
@@ -51,6 +51,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UNSOLVED_TEXT = "could not be solved"
+# Half-widths of the interval for which the report states the number of solutions.
+_HALF_WIDTHS = (0.05, 0.02, 0.01)
 
 
 def format_percent(share: float) -> str:
@@ -172,6 +174,16 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
             f"For any verdict of the unresolved and refused positions, Hertz holds in {low} to {high} % by the screen."
             " The accuracy of the screen is unknown; measure it with finite elements: fecontact fleet sample FOLDER"
         )
+    draws_texts = [
+        f"{count_needed_draws(population.strata, HOLDS, half_width)} for ± {100.0 * half_width:g}"
+        for half_width in _HALF_WIDTHS
+    ]
+    yield (
+        "Positions to solve by finite elements in all, for the interval in percentage points, about:"
+        f" {', '.join(draws_texts)}."
+        " `fecontact fleet sample FOLDER --finite-elements NUMBER` keeps earlier draws and prints the time before it"
+        " solves."
+    )
     if answer.network:
         share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
         yield f"If these wheels and rails are a random sample of a network, Hertz holds in {share} of its positions."
@@ -265,6 +277,8 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
     yield Heading("Causes, and theories in place of Hertz")
     yield make_table("Why Hertz does not hold (screen), in % of all contacts", _CAUSE_COLUMNS, answer.causes)
     yield make_table("Cheapest theory that holds, in % of all contacts", _THEORY_COLUMNS, answer.theories)
+    if answer.open_causes:
+        yield make_table("What would decide the unresolved contacts, in % of all", _OPEN_COLUMNS, answer.open_causes)
     if answer.refusals:
         yield Heading("Positions without an answer")
         yield (
@@ -392,6 +406,7 @@ _THEORY_COLUMNS = [
     number_column("positions", "positions"),
 ]
 _CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
+_OPEN_COLUMNS = [text_column("decided by", "value", wraps=True), *_THEORY_COLUMNS[1:]]
 _REFUSAL_COLUMNS = [
     text_column("screen", "verdict"),
     text_column("reason", "kind", wraps=True),
