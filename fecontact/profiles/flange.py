@@ -97,6 +97,6 @@ def _find_y_at_height(wheel: Profile, flank: Floats, z_mm: float) -> float:
     z_mm
         Height between the tip and the tape circle.
     """
-    above = int(np.argmax(wheel.evaluate(flank).z >= z_mm))
-    u = brentq(lambda v: float(wheel.evaluate(v).z) - z_mm, flank[above - 1], flank[above], xtol=1e-12)
+    upper = int(np.argmax(wheel.evaluate(flank).z >= z_mm))
+    u = brentq(lambda v: float(wheel.evaluate(v).z) - z_mm, flank[upper - 1], flank[upper], xtol=1e-12)
     return float(wheel.evaluate(u).y)
