@@ -14,6 +14,7 @@ from fecontact.placement.poses import (
     ContactPoint,
     sample_profile,
 )
+from fecontact.placement.problems import PositionProblem
 from fecontact.profiles.curve import Profile
 
 # Slope above which the field side is a chamfer: treads rise by 0.07, chamfers by 0.8.
@@ -25,8 +26,13 @@ _MIN_FLANGE_ANGLE_RAD = 0.25 * np.pi
 _FLANK_ANGLE_RANGE_RAD = 4e-3
 
 
-def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, flange_climb: bool) -> str:
-    """Reason why a wheel cannot run on a contact point; empty if it can.
+_NOT_A_CONTACT = "leave out shifts at which the wheel cannot stand on the rail; if they are usual, check the gauge"
+
+
+def find_support_problem(
+    wheel: Profile, touch: ContactPoint, *, climbs: bool, flange_climb: bool
+) -> PositionProblem | None:
+    """Reason why a wheel cannot run on a contact point; None if it can.
 
     Parameters
     ----------
@@ -41,26 +47,36 @@ def find_support_problem(wheel: Profile, touch: ContactPoint, *, climbs: bool, f
 
     Returns
     -------
-    reason
-        Text of a message, or an empty text.
+    PositionProblem or None
+        Text of a message with its kind.
     """
     y_mm = touch.wheel_y_mm
+    place = f"at y = {y_mm:.2f} mm"
     if any(abs(y_mm - j.y_mm) < 1e-6 and j.is_corner for j in wheel.junctions):
-        return f"the wheel leaves the rail: the contact point is on the corner of its tread, at y = {y_mm:.2f} mm"
+        corner = "the wheel leaves the rail: the contact point is on the corner of its tread"
+        return PositionProblem(f"{corner}, {place}", corner, remedy=_NOT_A_CONTACT, is_derailed=True)
     # A wheel on the chamfer beyond the tread's corner slides down between the rails.
     is_beyond_corner = any(0.0 < j.y_mm < y_mm and j.is_corner for j in wheel.junctions)
     if is_beyond_corner and touch.contact_angle_rad > _CHAMFER_RAD:
-        return f"the wheel leaves the rail: the contact point is on its chamfer, at y = {y_mm:.2f} mm"
+        chamfer = "the wheel leaves the rail: the contact point is on its chamfer"
+        return PositionProblem(f"{chamfer}, {place}", chamfer, remedy=_NOT_A_CONTACT, is_derailed=True)
     if not climbs:
-        return ""
-    where = f"the wheel derails: the contact point is at y = {y_mm:.2f} mm, beyond the"
-    if y_mm <= _locate_flange(wheel)[0]:
-        return f"{where} top of its flange"
-    return "" if flange_climb else f"{where} steepest place of its flange (--flange-climb allows this)"
+        return None
+    is_over_top = y_mm <= _locate_flange(wheel)[0]
+    if flange_climb and not is_over_top:
+        return None
+    limit = "beyond the top of its flange" if is_over_top else "beyond the steepest place of its flange"
+    return PositionProblem(
+        f"the wheel derails: the contact point is {place}, {limit}"
+        f"{'' if is_over_top else ' (--flange-climb allows this)'}",
+        f"the wheel derails: the contact point is {limit}",
+        remedy=_NOT_A_CONTACT if is_over_top else f"{_NOT_A_CONTACT}; flange_climb = true allows this",
+        is_derailed=True,
+    )
 
 
-def find_doubt(profile: Profile, y_mm: float) -> str:
-    """Reason why a contact point is on a doubtful part of a profile; empty if it is not.
+def find_doubt(profile: Profile, y_mm: float) -> PositionProblem | None:
+    """Reason why a contact point is on a doubtful part of a profile.
 
     Parameters
     ----------
@@ -71,16 +87,17 @@ def find_doubt(profile: Profile, y_mm: float) -> str:
 
     Returns
     -------
-    reason
-        Text of a message, or an empty text.
+    PositionProblem or None
+        None if the contact point is on a certain part.
     """
     if profile.doubtful_y_mm is None or not profile.doubtful_y_mm[0] <= y_mm <= profile.doubtful_y_mm[1]:
-        return ""
-    low, high = profile.doubtful_y_mm
-    return (
+        return None
+    (low, high), remedy = profile.doubtful_y_mm, "give a profile that is certain there"
+    return PositionProblem(
         f"the contact point is at y = {y_mm:.2f} mm of the {profile.kind}, but the shape of {profile.name} from"
-        f" {low:.1f} to {high:.1f} mm is doubtful (fecontact profiles {profile.name}); give a profile that is certain"
-        " there"
+        f" {low:.1f} to {high:.1f} mm is doubtful (fecontact profiles {profile.name}); {remedy}",
+        f"the contact point is on a doubtful part of the {profile.kind}",
+        remedy=remedy,
     )
 
 

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 
 from fecontact.arrays import Floats, find_runs
 from fecontact.bodies import ROLLING_RADIUS_MM, Track, TrackSide
-from fecontact.errors import CoverageError, InputError
+from fecontact.errors import CoverageError
 from fecontact.placement.along_track import PlacedIrregularities
 from fecontact.placement.carrying import find_doubt, find_support_problem, is_beyond_flank
 from fecontact.placement.poses import (
@@ -31,6 +31,7 @@ from fecontact.placement.poses import (
     sample_profile,
     select_near_minima,
 )
+from fecontact.placement.problems import PlacementError, PositionProblem
 from fecontact.profiles.curve import Junction, Profile
 
 # --- A wheel on a rail: contact points, contact frame, relative curvatures and the true undeformed gap.
@@ -48,6 +49,7 @@ _MAX_HEIGHT_STEP_MM = 2e-3
 # Turning angle of a rail profile at the start of the side of the head, and spacing of the trial places for it.
 _SIDE_TURNING_ANGLE_RAD = math.pi / 3.0
 _SIDE_STEP_MM = 0.1
+_CHECK_PROFILES = "check position, units and points of both profiles"
 SIDE_SIGN: dict[TrackSide, float] = {"left": 1.0, "right": -1.0}
 """Sign of a wheelset's shift, roll and yaw in the frame of its left side."""
 
@@ -388,7 +390,7 @@ class Pair:
 
     def placed(
         self, shift_mm: float, roll_rad: float, yaw_rad: float, *, reach_mm: float = TOUCH_REACH_MM
-    ) -> Placement | str:
+    ) -> Placement | PositionProblem:
         """Lower the wheel on the rail.
 
         Parameters
@@ -400,7 +402,7 @@ class Pair:
 
         Returns
         -------
-        Placement or str
+        Placement or PositionProblem
             The wheel on its rail, or the reason against it.
         """
         return _lower_wheel(self.rail, self.hung(shift_mm, roll_rad, yaw_rad), reach_mm, flange_climb=self.flange_climb)
@@ -494,7 +496,7 @@ def place(
 
     Raises
     ------
-    InputError
+    PlacementError
         If the wheel leaves the rail or its flange climbs over it. The message gives the possible shifts.
 
     Examples
@@ -514,13 +516,17 @@ def place(
     )
     sign = SIDE_SIGN[side]
 
-    def place_at(shift: float) -> Placement | str:
+    def place_at(shift: float) -> Placement | PositionProblem:
         """The wheel at a shift, or the reason against it."""
         return pair.placed(sign * shift, sign * roll_rad, sign * yaw_rad, reach_mm=reach_mm)
 
     placement = place_at(lateral_shift_mm)
     if isinstance(placement, str):
-        raise InputError(f"lateral shift {lateral_shift_mm:g} mm: {placement}; {describe_possible_shifts(place_at)}")
+        raise PlacementError(
+            placement.extend(
+                before=f"lateral shift {lateral_shift_mm:g} mm: ", after=f"; {describe_possible_shifts(place_at)}"
+            )
+        )
     return placement
 
 
@@ -555,7 +561,9 @@ def _wheel_axes(roll: float, yaw: float) -> Floats:
     return np.asarray(turn_z @ turn_x)
 
 
-def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool) -> Placement | str:
+def _lower_wheel(
+    rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_climb: bool
+) -> Placement | PositionProblem:
     """Lower the wheel from an axle at height zero onto the rail.
 
     Returns the reason if the wheel cannot stand there.
@@ -568,10 +576,14 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     gap[places] = z - rail.height_at_y(y)
     is_over_rail = np.isfinite(gap)
     if np.count_nonzero(is_over_rail) < 3:
-        return "the wheel is not above the rail"
+        return PositionProblem("the wheel is not above the rail", remedy=_CHECK_PROFILES)
     lowest = int(np.nanargmin(gap))
     if not (0 < lowest < u.size - 1 and is_over_rail[lowest - 1] and is_over_rail[lowest + 1]):
-        return "the wheel leaves the rail: the contact point is at the end of a running surface"
+        # A profile may end where the body ends or where its measurement ends: whether the wheel stands is unknown.
+        return PositionProblem(
+            "the wheel leaves the rail: the contact point is at the end of a running surface",
+            remedy="give longer profiles of wheel and rail, or leave out this shift",
+        )
     inner = np.flatnonzero(is_over_rail[:-2] & is_over_rail[1:-1] & is_over_rail[2:]) + 1
     minima = inner[
         (gap[inner] <= gap[inner - 1]) & (gap[inner] < gap[inner + 1]) & (gap[inner] <= gap[lowest] + reach_mm)
@@ -593,20 +605,24 @@ def _lower_wheel(rail: RailPose, wheel: WheelPose, reach_mm: float, *, flange_cl
     u_rail = rail.parameter_at_y(y)
     tangent_gap = z - rail.section(u_rail)[1]
     if not v.size:
-        return "the running surfaces are not tangent to each other where they come closest"
+        return PositionProblem(
+            "the running surfaces are not tangent to each other where they come closest", remedy=_CHECK_PROFILES
+        )
     order = np.argsort(tangent_gap)
     drop = float(tangent_gap[order[0]])
     if drop - gap[lowest] > _MAX_HEIGHT_STEP_MM:
-        return (
+        return PositionProblem(
             f"a profile has a step: at y = {points.y[lowest]:.2f} mm of the wheel the surfaces meet without a common"
             f" tangent, {1e3 * (drop - gap[lowest]):.0f} micrometres before they touch elsewhere; check both profiles"
-            " there"
+            " there",
+            "a profile has a step where wheel and rail come closest",
+            remedy=_CHECK_PROFILES,
         )
     lowered = replace(wheel, centre_mm=wheel.centre_mm - np.array([0.0, 0.0, drop]))
     contact_points = make_contact_points(rail, lowered, v[order], u_rail[order], tangent_gap[order] - drop)
     climbs = is_beyond_flank(lowered.profile, contact_points[0].wheel_y_mm)
-    if reason := find_support_problem(lowered.profile, contact_points[0], climbs=climbs, flange_climb=flange_climb):
-        return reason
+    if problem := find_support_problem(lowered.profile, contact_points[0], climbs=climbs, flange_climb=flange_climb):
+        return problem
     first = contact_points[0]
     if doubt := find_doubt(rail.profile, first.rail_y_mm) or find_doubt(lowered.profile, first.wheel_y_mm):
         return doubt

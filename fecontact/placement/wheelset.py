@@ -16,16 +16,17 @@ import numpy as np
 
 from fecontact.arrays import Floats, Integers
 from fecontact.bodies import TrackSide
-from fecontact.errors import InputError
 from fecontact.placement.carrying import is_on_flange_top
 from fecontact.placement.conicity import RadiusDifference
 from fecontact.placement.poses import sample_profile, select_near_minima_at_shifts
+from fecontact.placement.problems import PlacementError, PositionProblem
 from fecontact.placement.wheel_on_rail import SIDE_SIGN, TRIAL_SHIFTS_MM, Pair, Placement
 
 TRACK_SIDES: tuple[TrackSide, TrackSide] = ("left", "right")
 # Largest difference of both wheels' axle heights. The heights are equally exact: a roll of 1e-12 rad.
 _HEIGHT_TOLERANCE_MM = 1e-9
 _MAX_ITERATIONS = 60
+_CHECK_WHEELSET = "check gauge, back-to-back distance and both profiles"
 # Wheelsets that run on their treads or flanges roll by a tenth of this.
 _MAX_ROLL_RAD = 0.1
 # Grid spacing and end of the search for possible shifts.
@@ -269,7 +270,9 @@ class Wheelset:
         """Whether the right side is the mirror image of the left side."""
         return self.left is self.right
 
-    def stand(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> LoweredWheelset | str:
+    def stand(
+        self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0
+    ) -> LoweredWheelset | PositionProblem:
         """Find the roll at which both wheels touch.
 
         Newton's method, and bisection if it fails. The height difference is continuous in the roll and falls, but has a
@@ -286,7 +289,7 @@ class Wheelset:
 
         Returns
         -------
-        LoweredWheelset or str
+        LoweredWheelset or PositionProblem
             Roll and wheels with equal height of the axle, or the reason against them.
         """
         roll, low, high = guess_rad, -_MAX_ROLL_RAD, _MAX_ROLL_RAD
@@ -294,7 +297,11 @@ class Wheelset:
             left = self.left.standing(shift_mm, roll, yaw_rad)
             right = self.right.standing(-shift_mm, -roll, -yaw_rad)
             if left is None or right is None:
-                return f"the {'left' if left is None else 'right'} wheel is not above its rail"
+                return PositionProblem(
+                    f"the {'left' if left is None else 'right'} wheel is not above its rail",
+                    "a wheel is not above its rail",
+                    remedy=_CHECK_WHEELSET,
+                )
             difference = left.axle_mm - right.axle_mm
             if abs(difference) < _HEIGHT_TOLERANCE_MM:
                 return LoweredWheelset(roll_rad=roll, left=left, right=right)
@@ -303,9 +310,9 @@ class Wheelset:
             roll += difference / lever if lever > 0.0 else np.inf
             if not low < roll < high:
                 roll = 0.5 * (low + high)
-        return "no roll was found at which both wheels touch their rails"
+        return PositionProblem("no roll was found at which both wheels touch their rails", remedy=_CHECK_WHEELSET)
 
-    def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | str:
+    def placed(self, side: TrackSide, shift_mm: float, roll_rad: float, yaw_rad: float) -> Placement | PositionProblem:
         """Place a wheel on its rail.
 
         Parameters
@@ -317,16 +324,16 @@ class Wheelset:
 
         Returns
         -------
-        Placement or str
+        Placement or PositionProblem
             The wheel on its rail, or the reason against it.
         """
         sign, pair = SIDE_SIGN[side], (self.left if side == "left" else self.right).pair
         if self.asked not in (None, side):
             pair = replace(pair, flange_climb=True)
         placement = pair.placed(sign * shift_mm, sign * roll_rad, sign * yaw_rad)
-        return f"{side} side: {placement}" if isinstance(placement, str) else placement
+        return placement.extend(before=f"{side} side: ") if isinstance(placement, PositionProblem) else placement
 
-    def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | str:
+    def at(self, shift_mm: float, yaw_rad: float = 0.0, *, guess_rad: float = 0.0) -> PlacedWheelset | PositionProblem:
         """Place the wheelset on its rails.
 
         Parameters
@@ -340,7 +347,7 @@ class Wheelset:
 
         Returns
         -------
-        PlacedWheelset or str
+        PlacedWheelset or PositionProblem
             The wheelset on its rails, or the reason against it.
         """
         lowered = self.stand(shift_mm, yaw_rad, guess_rad=guess_rad)
@@ -380,7 +387,7 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
 
     Raises
     ------
-    InputError
+    PlacementError
         If a wheel leaves its rail, or a requested wheel climbs over it. The message gives the possible shifts.
 
     Examples
@@ -395,9 +402,11 @@ def place_wheelset(wheelset: Wheelset, lateral_shift_mm: float, yaw_rad: float =
     placement = wheelset.at(lateral_shift_mm, yaw_rad)
     if isinstance(placement, str):
         shifts = describe_possible_wheelset_shifts(wheelset, yaw_rad)
-        raise InputError(
-            f"lateral shift {lateral_shift_mm:g} mm of the wheelset: {placement}; {shifts}; with a given roll"
-            " (--roll-mrad) the opposite wheel is not placed"
+        raise PlacementError(
+            placement.extend(
+                before=f"lateral shift {lateral_shift_mm:g} mm of the wheelset: ",
+                after=f"; {shifts}; with a given roll (--roll-mrad) the opposite wheel is not placed",
+            )
         )
     return placement
 
@@ -545,7 +554,7 @@ class ContactFunctions:
 
     symmetric: bool
     centred_height_mm: float
-    positions: dict[float, PlacedWheelset | str]
+    positions: dict[float, PlacedWheelset | PositionProblem]
     jumps: tuple[Jump, ...]
     largest_amplitude_mm: float
     rolled: RadiusDifference | None
@@ -659,7 +668,7 @@ def compute_radius_difference(
 
 def place_wheelset_at_shifts(
     wheelset: Wheelset, shifts_mm: Sequence[float], yaw_rad: float = 0.0
-) -> dict[float, PlacedWheelset | str]:
+) -> dict[float, PlacedWheelset | PositionProblem]:
     """Place the wheelset on its rails at many shifts.
 
     Parameters
@@ -676,7 +685,7 @@ def place_wheelset_at_shifts(
     positions
         The wheelset on its rails, or the reason against it, by increasing shift.
     """
-    positions: dict[float, PlacedWheelset | str] = {}
+    positions: dict[float, PlacedWheelset | PositionProblem] = {}
     guess = 0.0
     # From the middle outwards on either side. Each roll is the guess for the next shift.
     for shift in sorted(shifts_mm, key=lambda shift: (shift < 0.0, abs(shift))):

@@ -11,6 +11,7 @@ from fecontact.bodies import Track
 from fecontact.case import Case, Opposite
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.irregular_pair import lower_on_irregularities
+from fecontact.placement.problems import PositionProblem
 from fecontact.placement.wheel_on_rail import SIDE_SIGN, Pair, Placement, place, set_up_pair
 from fecontact.placement.wheelset import (
     PlacedWheelset,
@@ -67,7 +68,9 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     )
 
 
-def place_or_explain(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement | str:
+def place_or_explain(
+    case: Case, *, rail: Profile | None = None, wheel: Profile | None = None
+) -> Placement | PositionProblem:
     """Placement of a case, or the reason why the wheel cannot run there.
 
     Parameters
@@ -77,18 +80,18 @@ def place_or_explain(case: Case, *, rail: Profile | None = None, wheel: Profile 
 
     Returns
     -------
-    Placement or str
-        Placement, or the problem in words.
+    Placement or PositionProblem
+        Placement, or the problem with its kind.
     """
     try:
         return place_case(case, rail=rail, wheel=wheel)
     except (InputError, ConvergenceError) as error:
-        return str(error)
+        return PositionProblem.explain(error)
 
 
 def place_at_shifts(
     case: Case, shifts_mm: Sequence[float], *, rail: Profile | None = None, wheel: Profile | None = None
-) -> dict[float, Placement | str]:
+) -> dict[float, Placement | PositionProblem]:
     """Place a case at several shifts; the wheelset is set up once if it is free.
 
     Parameters
@@ -102,7 +105,7 @@ def place_at_shifts(
 
     Returns
     -------
-    dict of float to Placement or str
+    dict of float to Placement or PositionProblem
         Placement or problem by the shift.
     """
     if case.roll != "touching" or case.irregularities:
@@ -112,8 +115,8 @@ def place_at_shifts(
         }
     wheelset = replace(make_wheelset(case, rail=rail, wheel=wheel), asked=case.side)
     return {
-        shift_mm: f"lateral shift {shift_mm:g} mm of the wheelset: {position}"
-        if isinstance(position, str)
+        shift_mm: position.extend(before=f"lateral shift {shift_mm:g} mm of the wheelset: ")
+        if isinstance(position, PositionProblem)
         else position.side(case.side)
         for shift_mm, position in place_wheelset_at_shifts(wheelset, shifts_mm, case.yaw_rad).items()
     }

@@ -2,6 +2,7 @@
 
 import csv
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from made_fleet import LOADS_KN, SHIFTS_MM, made_fleet, seal, write
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.answer import choose_limits, evaluate_fleet
 from fecontact.features.fleet.estimate import estimate_share
 from fecontact.features.fleet.report import (
     format_interval,
@@ -65,9 +66,51 @@ def test_groups_are_sums_over_their_profiles(fleet):
         ("rail", "line"),
     }
     wear = [group for key, group in answer.groups.items() if key[:2] == ("wheel", "wear_mm")]
-    # twelve wheels in quarters
-    assert [group.positions for group in wear] == [450] * 4
+    # twelve wheels in four classes, with 150 positions for each wheel; round limits move wheels between classes
+    assert len(wear) == 4
+    assert min(group.positions for group in wear) >= 150
+    assert sum(group.positions for group in wear) == 1800
     assert sum(group.weight for group in wear) == pytest.approx(1.0)
+
+
+def test_classes_have_the_profiles_between_their_round_limits(fleet):
+    answer = evaluate_fleet(fleet.folder)
+    wheels = [row for row in rows_of(fleet.folder / "profiles.parquet") if row["body"] == "wheel"]
+    for column in ("wear_mm", "mileage_km"):
+        classes = {
+            value: group for (body, name, value), group in answer.groups.items() if (body, name) == ("wheel", column)
+        }
+        assert len(classes) == 4
+        for value, group in classes.items():
+            limits = [float(number) for number in re.findall(r"[\d.]+", value)]
+            low = -math.inf if value.startswith("up to") else limits[0]
+            high = math.inf if value.startswith("above") else limits[-1]
+            names = {row["name"] for row in wheels if row["status"] == "read" and low < row[column] <= high}
+            assert group.positions == 150 * len(names) > 0
+            # limits are round: at most three digits
+            assert all(len(f"{limit:g}".replace(".", "").strip("0")) <= 3 for limit in limits)
+
+
+@pytest.mark.parametrize(
+    ("values", "limits"),
+    [
+        # quartiles 2.75, 5.5, 8.25 of 1 to 10, in steps of 0.5
+        (np.arange(1.0, 11.0), [3.0, 5.5, 8.0]),
+        # an outlier does not make the limits coarse
+        (np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0, 1e9, 2.5]), [2.8, 5.5, 8.2]),
+        # six mileages make three classes, not six
+        (np.array([10e3, 20e3, 30e3, 40e3, 50e3, 60e3]), [25e3, 45e3]),
+        (np.array([1.0, 2.0, 3.0]), []),
+        (np.full(20, 7.0), []),
+        (np.array([]), []),
+    ],
+)
+def test_limits_of_classes_are_round_quantiles(values, limits):
+    chosen = choose_limits(values)
+    assert len(chosen) == len(limits)
+    if limits:
+        step = 0.1 * np.ptp(np.quantile(values, [0.1, 0.9]))
+        assert chosen == pytest.approx(limits, abs=step)
 
 
 def test_the_sample_covers_the_truth(fleet, sampled):
@@ -144,8 +187,12 @@ def test_an_empty_part_is_told(tmp_path):
     seal(fleet_made.folder)
     answer = evaluate_fleet(fleet_made.folder)
     assert (answer.network, answer.worst, answer.theories) == (None, [], [])
-    assert [row["verdicts"] for row in answer.causes] == ["refused"] * len(answer.causes)
-    assert sum(row["share"] for row in answer.causes) == pytest.approx(1.0)
+    assert answer.causes == []
+    assert [(row["verdict"], row["kind"]) for row in answer.refusals] == [
+        ("REFUSED", "no reason given"),
+        ("REFUSED", "the wheel does not run on the rail"),
+    ]
+    assert sum(row["share"] for row in answer.refusals) == pytest.approx(1.0)
     assert answer.whole.bounds == (0.0, pytest.approx(1.0))
     write_report(answer, fleet_made.folder)
 

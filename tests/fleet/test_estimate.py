@@ -1,6 +1,7 @@
 """Shares of a fleet and their intervals, against closed forms, published examples and simulated fleets."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from fecontact.features.fleet.estimate import (
     allocate_draws,
     bootstrap_share,
     combine_shares,
+    count_needed_draws,
     estimate_share,
     find_addable_limits,
     find_draw_scale,
@@ -288,3 +290,24 @@ def test_resampled_profiles_have_the_spread_of_wheels():
     # of rails as well: both variances, and Owen's term of both, which a share of neither has not
     either = ((wheels < 18) ^ (rails < 12)).astype(float)
     assert bootstrap_share(wheels, rails, either, np.ones(2400), seed=3).high > 0.42
+
+
+@pytest.mark.parametrize("share", [0.5, 0.2])
+def test_needed_draws_are_those_of_a_binomial_share(share):
+    nothing = np.array([])
+    stratum = Stratum(
+        name="near",
+        weight=1.0,
+        positions=10_000_000,
+        guess=share,
+        answers=np.array([], dtype=str),
+        weights=nothing,
+        inclusion=nothing,
+    )
+    for half_width in (0.05, 0.02):
+        # normal interval of a share; the distances of exact limits are longer by about 0.5 / n, which takes
+        # 1 / half_width further draws, and the search ends within 2 %
+        expected = 1.96**2 * share * (1.0 - share) / half_width**2
+        assert expected < count_needed_draws([stratum], "HOLDS", half_width) < 1.05 * expected + 1.0 / half_width
+    small_stratum = replace(stratum, positions=40)
+    assert count_needed_draws([small_stratum], "HOLDS", 0.01) <= 40

@@ -361,9 +361,10 @@ def test_a_position_that_cannot_be_has_its_reason(tmp_path):
     path.write_text(path.read_text().replace('["S1002", "measured/wheel.csv"]', '"S1002"'))
     outcome = run(path, tmp_path / "out")
     rows = screened(tmp_path / "out").query("shift_mm == 40")
-    assert set(rows["verdict"]) == {"REFUSED"}
+    assert set(rows["verdict"]) == {"NO CONTACT"}
     assert rows["reason"].str.contains("lateral shift 40 mm").all()
-    assert outcome.verdicts["REFUSED"] == pytest.approx(0.75)
+    assert not rows["reason_kind"].str.contains("40").any()
+    assert outcome.verdicts["NO CONTACT"] == pytest.approx(0.75)
 
 
 def test_lines_that_do_not_agree_leave_a_position_open():

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from fecontact.arrays import Floats
 from fecontact.errors import InputError
 from fecontact.features.fleet.estimate import (
     Share,
@@ -23,6 +24,7 @@ from fecontact.features.fleet.estimate import (
     find_share_bounds,
 )
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
+from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     FLEET_RECORD,
     check_sample,
@@ -42,7 +44,7 @@ _SHARES_SQL = f"""
     sum(weight) FILTER (verdict = '{HOLDS}') / sum(weight) AS holds,
     sum(weight) FILTER (verdict = '{FAILS}') / sum(weight) AS fails,
     sum(weight) FILTER (verdict = '{OPEN}') / sum(weight) AS open,
-    sum(weight) FILTER (verdict = 'REFUSED') / sum(weight) AS refused"""
+    sum(weight) FILTER (verdict = '{REFUSED}') / sum(weight) AS refused"""
 # Columns of profiles that are not a property of a wheel or a rail.
 _COLUMNS_WITHOUT_CLASSES = {
     "body",
@@ -58,7 +60,8 @@ _COLUMNS_WITHOUT_CLASSES = {
     "suspicions",
     "accepted",
 }
-# A text column with more values has names instead of classes; numbers with more values are divided into quarters.
+# A text column with more values has names instead of classes. Numbers with more values, or with more values than half
+# of the profiles, are divided into up to four classes.
 _MOST_TEXTS, _MOST_NUMBERS, _QUARTERS = 12, 6, 4
 # More shifts or loads, for example if they are drawn at random, are rounded to these steps.
 _MOST_SHIFTS, _SHIFT_STEP_MM = 41, 0.5
@@ -70,12 +73,14 @@ _LEAST_PROFILES = 10
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Subpopulation:
-    """A population or a part of it.
+    """A population of contacts or a part of it.
 
     Attributes
     ----------
     weight, positions
-        Weight, and number of positions.
+        Weight, and number of contacts.
+    no_contact
+        Share of all positions at which the wheel cannot stand on the rail, from 0 to 1. They are not contacts.
     screen
         Shares by the verdict of the screening, from 0 to 1.
     strata
@@ -84,6 +89,7 @@ class Subpopulation:
 
     weight: float
     positions: int
+    no_contact: float
     screen: Mapping[str, float]
     strata: Sequence[Stratum]
 
@@ -128,6 +134,7 @@ class Subpopulation:
             Weight, number of positions and of draws, shares by the screening and by finite elements, and bounds.
         """
         row: Record = {"weight_percent": 1e2 * self.weight, "positions": self.positions}
+        row["no_contact_percent"] = 1e2 * self.no_contact
         row |= {f"screen_{prefix}_percent": 1e2 * value for prefix, value in self.screen.items()}
         row["drawn"] = self.drawn
         for answer in (HOLDS, *UNDECIDED) if self.drawn else ():
@@ -155,7 +162,13 @@ class FleetAnswer:
     cells
         Shares by the screening at each shift and load.
     causes, theories
-        Shares of all positions, by the reason why Hertz does not hold and by the cheapest theory that holds.
+        Shares of all contacts, by the cause for which Hertz fails or is unresolved, and by the cheapest theory that
+        holds.
+    refusals
+        Positions without a verdict by the kind of reason, as shares of all positions.
+    open_causes
+        Shares of all contacts that are unresolved, by the change that would decide them; empty if the screening does
+        not state it.
     worst
         Pairs with the smallest share, each with its worst position.
     strata
@@ -173,6 +186,8 @@ class FleetAnswer:
     cells: Sequence[Record]
     causes: Sequence[Record]
     theories: Sequence[Record]
+    refusals: Sequence[Record]
+    open_causes: Sequence[Record]
     worst: Sequence[Record]
     strata: Sequence[Record]
     files: Sequence[Record]
@@ -210,8 +225,10 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
                 for value, subpopulation in _divide_by_column(tables, body, column).items()
             },
             cells=_query_shares_by_position(tables),
-            causes=_query_shares_by(tables, "coalesce(cause, reason)", f"verdict <> '{HOLDS}'"),
-            theories=_query_shares_by(tables, "cheapest_theory", "verdict <> 'REFUSED'"),
+            causes=_query_shares_by(tables, _CAUSE_WITHOUT_NUMBERS, f"verdict IN ('{FAILS}', '{OPEN}')"),
+            theories=_query_shares_by(tables, "cheapest_theory", f"verdict <> '{REFUSED}'"),
+            refusals=query_rows(tables, _REFUSALS),
+            open_causes=_query_shares_by(tables, "open_because", "open_because IS NOT NULL"),
             worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
             files=query_rows(tables, _FILES),
@@ -270,11 +287,20 @@ def _query_subpopulations(
         f" ORDER BY {POSITION_COLUMNS}",
     ):
         by_stratum[row["value"], row["stratum"]].append(row)
+    without_contact = {
+        row["value"]: row["share"] or 0.0
+        for row in query_rows(
+            tables,
+            f"SELECT value, sum(weight) FILTER (verdict = '{NO_CONTACT}') / sum(weight) AS share"
+            f" FROM {join_profiles('placed')} GROUP BY value",
+        )
+    }
     rows_by_stratum = {(row["value"], row["stratum"]): row for row in strata}
     return {
         part_row["value"]: Subpopulation(
             weight=part_row["weight"],
             positions=part_row["positions"],
+            no_contact=without_contact[part_row["value"]],
             screen={name: part_row[name] or 0.0 for name in ("holds", "fails", "open", "refused")},
             strata=[
                 _make_stratum(rows_by_stratum[key], by_stratum[key])
@@ -362,10 +388,58 @@ def _find_class_columns(tables: DuckDBPyConnection) -> list[tuple[str, str]]:
     for body, profiles in counts.items():
         for name in names:
             values = len(_query_distinct_values(tables, body, name))
-            classes = _QUARTERS if _is_number(tables, name) and values > _MOST_NUMBERS else values
-            if 1 < classes <= min(_MOST_TEXTS, profiles / 2):
+            limits = _find_limits(tables, body, name)
+            if 1 < (len(limits) + 1 if limits else values) <= min(_MOST_TEXTS, profiles / 2):
                 class_columns.append((body, name))
     return class_columns
+
+
+def _find_limits(tables: DuckDBPyConnection, body: str, column: str) -> list[float]:
+    """Limits between the classes of a column with many numbers; empty for texts and for few numbers."""
+    if not _is_number(tables, column):
+        return []
+    sql = f"SELECT {_make_finite(column)} AS value FROM profiles WHERE body = ? AND status = 'read'"
+    values = np.array([row["value"] for row in query_rows(tables, sql, body) if row["value"] is not None], dtype=float)
+    if np.unique(values).size <= min(_MOST_NUMBERS, values.size / 2):
+        return []
+    return choose_limits(values)
+
+
+def choose_limits(values: Floats) -> list[float]:
+    """Choose round limits between classes with about equal numbers of profiles.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n,)
+        Values of the profiles.
+
+    Returns
+    -------
+    list of float
+        Up to three quantiles, rounded to a multiple of 1, 2 or 5 times a power of ten that is at most a tenth of the
+        range of the middle 80 % of the values. No class is empty; fewer than four values have no limits.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.answer import choose_limits
+    >>> choose_limits(np.array([27.91, 28.02, 28.34, 28.77, 29.12, 29.58, 30.05, 30.41]))
+    [28.2, 29.0, 29.6]
+    """
+    classes = min(_QUARTERS, values.size // 2)
+    low, high = np.quantile(values, [0.1, 0.9]) if values.size else (0.0, 0.0)
+    if classes < 2 or not high > low:
+        return []
+    decade = 10.0 ** np.floor(np.log10(0.1 * (high - low)))
+    step = max(factor * decade for factor in (1.0, 2.0, 5.0) if factor * decade <= 0.1 * (high - low) * (1.0 + 1e-9))
+    limits: list[float] = []
+    for quantile in np.quantile(values, np.arange(1, classes) / classes):
+        # fifteen digits remove the rounding of the product
+        limit = float(f"{round(quantile / step) * step:.15g}")
+        is_class = np.any((values <= limit) & (values > (limits[-1] if limits else -np.inf)))
+        if is_class and np.any(values > limit):
+            limits.append(limit)
+    return limits
 
 
 def _query_distinct_values(tables: DuckDBPyConnection, body: str, column: str) -> list[Any]:
@@ -382,24 +456,32 @@ def _is_number(tables: DuckDBPyConnection, column: str) -> bool:
 def _divide_by_column(tables: DuckDBPyConnection, body: str, column: str) -> dict[str, Subpopulation]:
     """Subpopulations by a column of the wheels or rails.
 
-    Columns with many numbers are divided into quarters of the profiles.
+    Columns with many numbers are divided into classes with round limits. A limit belongs to the class below it.
     """
-    column_sql, values = f"own.{quote_column(column)}", _query_distinct_values(tables, body, column)
-    value_sql = f"CAST({column_sql} AS VARCHAR)"
+    order_sql = f"own.{quote_column(column)}"
+    value_sql = f"CAST({order_sql} AS VARCHAR)"
     if _is_number(tables, column):
-        value_sql = f"format('{{:g}}', CAST({column_sql} AS DOUBLE))"
-        if len(values) > _MOST_NUMBERS:
-            edges = np.quantile(values, np.linspace(0.0, 1.0, _QUARTERS + 1))
-            cases = [
-                f"WHEN {column_sql} <= {float(top)!r} THEN '{_format_edge(low)} to {_format_edge(top)}'"
-                for low, top in pairwise(edges)
-            ]
-            value_sql = f"CASE {' '.join(cases)} END"
-    return _query_subpopulations(tables, body, f"coalesce({value_sql}, 'not given')", column_sql)
+        order_sql = _make_finite(column, "own.")
+        value_sql = f"format('{{:g}}', {order_sql})"
+    if limits := _find_limits(tables, body, column):
+        cases = [f"WHEN {order_sql} <= {limits[0]!r} THEN 'up to {_format_limit(limits[0])}'"]
+        cases += [
+            f"WHEN {order_sql} <= {high!r} THEN '{_format_limit(low)} to {_format_limit(high)}'"
+            for low, high in pairwise(limits)
+        ]
+        cases.append(f"WHEN {order_sql} > {limits[-1]!r} THEN 'above {_format_limit(limits[-1])}'")
+        value_sql = f"CASE {' '.join(cases)} END"
+    return _query_subpopulations(tables, body, f"coalesce({value_sql}, 'not given')", order_sql)
 
 
-def _format_edge(value: float) -> str:
-    return f"{float(f'{value:.3g}'):.10g}"
+def _make_finite(column: str, table: str = "") -> str:
+    """SQL of the numbers of a column; values that are not finite are missing."""
+    number = f"CAST({table}{quote_column(column)} AS DOUBLE)"
+    return f"CASE WHEN isfinite({number}) THEN {number} END"
+
+
+def _format_limit(value: float) -> str:
+    return f"{value:.10g}"
 
 
 def _query_shares_by_position(tables: DuckDBPyConnection) -> list[Record]:
@@ -429,7 +511,7 @@ def _count_distinct(tables: DuckDBPyConnection, columns: str) -> int:
 
 
 def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list[Record]:
-    """Shares of all positions by a value.
+    """Shares of all contacts by a value.
 
     Each row has the verdicts of the screening for the value.
     """
@@ -442,6 +524,16 @@ def _query_shares_by(tables: DuckDBPyConnection, value: str, where: str) -> list
     )
 
 
+# Notes of a theory in a cause may have numbers.
+_CAUSE_WITHOUT_NUMBERS = r"regexp_replace(cause, '[-+]?\d+(\.\d+)?(e[-+]?\d+)?', '...', 'g')"
+_REFUSALS = f"""
+    SELECT verdict, coalesce(reason_kind, reason, 'no reason given') AS kind,
+           arg_min(remedy, position) AS remedy, sum(weight) / (SELECT sum(weight) FROM placed) AS share,
+           count(*) AS positions, arg_min(wheel, position) AS wheel, arg_min(rail, position) AS rail,
+           arg_min(shift_mm, position) AS shift_mm, arg_min(load_kN, position) AS load_kN,
+           arg_min(reason, position) AS reason
+    FROM (SELECT *, row({POSITION_COLUMNS}) AS position FROM placed WHERE verdict IN ('{NO_CONTACT}', '{REFUSED}'))
+    GROUP BY verdict, kind ORDER BY verdict, share DESC, kind"""
 _WORST_PAIRS = f"""
     SELECT wheel, rail, count(*) AS positions, {_SHARES_SQL}, min(margin) AS margin,
            arg_min(shift_mm, place) AS shift_mm, arg_min(load_kN, place) AS load_kN, arg_min(cause, place) AS cause

@@ -327,6 +327,67 @@ def allocate_draws(
     return counts
 
 
+def count_needed_draws(strata: Sequence[Stratum], answer: str, half_width: float) -> int:
+    """Number of draws in all for an interval of a given half-width.
+
+    The draws are allocated as by `allocate_draws`. The expected share of a stratum is the share of its draws and of one
+    further draw with the share by the screening.
+
+    Parameters
+    ----------
+    strata
+        Strata of the population with their draws.
+    answer
+        Answer that is counted.
+    half_width
+        Half of the length of the interval for 95 %, from 0 to 1.
+
+    Returns
+    -------
+    int
+        Number of positions to draw, earlier draws included; at most all positions.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.features.fleet.estimate import Stratum, count_needed_draws
+    >>> no_answers, no_weights = np.array([], dtype=str), np.array([])
+    >>> stratum = Stratum(
+    ...     name="near",
+    ...     weight=1.0,
+    ...     positions=100_000,
+    ...     guess=0.5,
+    ...     answers=no_answers,
+    ...     weights=no_weights,
+    ...     inclusion=no_weights,
+    ... )
+    >>> count_needed_draws([stratum], "HOLDS", 0.05) > 300
+    True
+    """
+    weights = np.array([stratum.weight for stratum in strata])
+    positions = np.array([stratum.positions for stratum in strata])
+    earlier = np.array([stratum.drawn for stratum in strata])
+    holding = np.array([stratum.share({answer}) * max(stratum.drawn, 1) + stratum.guess for stratum in strata])
+    # a share of exactly 0 or 1 would get no draws
+    shares = np.clip(holding / (np.maximum(earlier, 1) + 1.0), 0.02, 0.98)
+
+    def predict_half_width(draws: int) -> float:
+        """Half-width of the interval after a number of draws."""
+        counts = allocate_draws(weights, shares, positions, earlier, draws)
+        low, high = find_addable_limits(shares, np.where(counts < positions, counts, np.inf))
+        _, lower, upper = combine_shares(weights / weights.sum(), shares, low, high)
+        return 0.5 * float(upper - lower)
+
+    too_few, enough = 2, 2
+    while enough < positions.sum() and predict_half_width(enough) > half_width:
+        too_few, enough = enough, 2 * enough
+    enough = min(enough, int(positions.sum()))
+    while enough - too_few > max(1, enough // 50):
+        middle = (too_few + enough) // 2
+        too_few, enough = (middle, enough) if predict_half_width(middle) > half_width else (too_few, middle)
+    return enough
+
+
 REPEATS = 400
 """Number of repeats of the bootstrap over wheels and rails, from these profiles to their network."""
 

@@ -19,7 +19,7 @@ from fecontact.features.fleet.population import Candidate, Pair, list_weighted_p
 from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
-from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
+from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, make_schema
 from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
 from fecontact.features.fleet.table_columns import (
     READ,
@@ -36,7 +36,7 @@ from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import digest_json
 
-VERDICTS = ("HOLDS", "FAILS", "OPEN", "REFUSED")
+VERDICTS = ("HOLDS", "FAILS", "OPEN", REFUSED, NO_CONTACT)
 _PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # Profiles of the library that replace files in a case with given profile variants.
 _PLACEHOLDER = {"wheel": "S1002", "rail": "60E1"}

@@ -63,7 +63,7 @@ class ReadProfile:
         """Row of `profiles.parquet`.
 
         Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, notes of
-        the reader, then the inputs and the metadata of its row in a table.
+        the reader, dimensions of the flange (mm), then the inputs and the metadata of its row in a table.
         """
         candidate, record = self.candidate, self.record
         filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
@@ -78,6 +78,7 @@ class ReadProfile:
             **{"noise_um": record.get("noise_um"), "filter_mm": filters, "nominal": record.get("nominal", "")},
             **{"wear_mm": record.get("wear_mm"), "weight": candidate.weight, "reader_notes": "\n".join(self.notes)},
             "suspicions": ", ".join(dict.fromkeys(record.get("kinds", ()))),
+            **{f"flange_{name}": record.get("flange", {}).get(name) for name in ("height_mm", "thickness_mm", "qr_mm")},
         }
         return {**columns, **candidate.known, **candidate.metadata}
 

@@ -21,6 +21,7 @@ from fecontact.files import hash_file, read_json, write_json
 from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import WorkResult
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.flange import measure_flange
 from fecontact.profiles.library import is_library_name, load_library_profile
 from fecontact.profiles.plausibility import find_suspicions
 from fecontact.profiles.points import check_points, is_exact
@@ -228,10 +229,15 @@ class ReadingProfile:
 
 
 def _make_record(variants: list[Profile]) -> dict[str, Any]:
-    """Record of a profile that was read: notes, noise in um, wear in mm, and the registration of each variant."""
+    """Record of a profile that was read.
+
+    It has notes, dimensions of the flange in mm, noise in um, wear in mm, and the registration of each variant.
+    """
     measured = variants[0].measured
     record: dict[str, Any] = {"status": "read", "name": variants[0].name, "measured": measured is not None}
     record["notes"] = list(variants[0].notes)
+    if flange := measure_flange(variants[0]):
+        record["flange"] = asdict(flange)
     if measured is None:
         return record
     wear = float(np.hypot(*measured.held.values.T).max()) if measured.nominal else None

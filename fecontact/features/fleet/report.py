@@ -14,7 +14,7 @@ import numpy as np
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import FecontactError
 from fecontact.features.fleet.answer import FleetAnswer
-from fecontact.features.fleet.estimate import Share
+from fecontact.features.fleet.estimate import Share, count_needed_draws
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse_links, write_answer_record
 from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _UNSOLVED_TEXT = "could not be solved"
+# Half-widths of the interval for which the report states the number of solutions.
+_HALF_WIDTHS = (0.05, 0.02, 0.01)
 
 
 def format_percent(share: float) -> str:
@@ -87,6 +89,28 @@ def format_interval(share: Share) -> str:
     return f"{format_percent(share.estimate)} % [{format_percent(share.low)}, {format_percent(share.high)}]"
 
 
+def format_shift(shift_mm: float) -> str:
+    """Format a lateral shift in mm with up to two decimals.
+
+    Parameters
+    ----------
+    shift_mm
+        Lateral shift in mm.
+
+    Returns
+    -------
+    str
+        Number without its unit.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.report import format_shift
+    >>> [format_shift(shift_mm) for shift_mm in (-3.84465, 0.0, 2.5, -0.001)]
+    ['-3.84', '0', '2.5', '0']
+    """
+    return f"{shift_mm:z.2f}".rstrip("0").rstrip(".")
+
+
 def write_headline(answer: FleetAnswer) -> str:
     """Answer in a sentence.
 
@@ -98,7 +122,8 @@ def write_headline(answer: FleetAnswer) -> str:
     Returns
     -------
     str
-        Shares at which Hertz holds, is unresolved or could not be solved, and the share of unreadable files.
+        Shares of the contacts at which Hertz holds, is unresolved or could not be solved, share of positions that are
+        not contacts, and share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
     refused_files = sum(row["files"] for row in answer.files if row["status"] not in (READ, SUSPICIOUS))
@@ -110,6 +135,11 @@ def write_headline(answer: FleetAnswer) -> str:
         files += (
             f"; {count_text(suspicious_files, 'suspicious file')} and"
             f" {format_percent(answer.about.get('suspicious_share', 0.0))} % of the pairs, by weight, are left out"
+        )
+    if population.no_contact:
+        files = (
+            f"in {format_percent(population.no_contact)} % of all positions the wheel cannot stand on the rail: they"
+            f" are not contacts and are left out; {files}"
         )
     if not population.drawn:
         return (
@@ -151,6 +181,16 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
             f"For any verdict of the unresolved and refused positions, Hertz holds in {low} to {high} % by the screen."
             " The accuracy of the screen is unknown; measure it with finite elements: fecontact fleet sample FOLDER"
         )
+    draws_texts = [
+        f"{count_needed_draws(population.strata, HOLDS, half_width)} for ± {100.0 * half_width:g}"
+        for half_width in _HALF_WIDTHS
+    ]
+    yield (
+        "Positions to solve by finite elements in all, for the interval in percentage points, about:"
+        f" {', '.join(draws_texts)}."
+        " `fecontact fleet sample FOLDER --finite-elements NUMBER` keeps earlier draws and prints the time before it"
+        " solves."
+    )
     if answer.network:
         share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
         yield f"If these wheels and rails are a random sample of a network, Hertz holds in {share} of its positions."
@@ -181,7 +221,7 @@ def write_report(
     report_folder = folder / REPORT_FOLDER
     report_folder.mkdir(exist_ok=True)
     files = [write_csv(make_answer_rows(answer), folder / ANSWER)]
-    for name in ("cells", "causes", "theories", "worst", "strata", "files", "notes"):
+    for name in (*("cells", "causes", "theories", "refusals", "open_causes"), *("worst", "strata", "files", "notes")):
         files.append(write_csv(getattr(answer, name), report_folder / f"{name}.csv"))
     pictures = {"map": draw_map(answer.cells), "groups": draw_groups(answer)}
     for name, figure in pictures.items():
@@ -247,8 +287,17 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
         )
         yield make_table("Groups, in % of their weight", _GROUP_COLUMNS, make_answer_rows(answer))
     yield Heading("Causes, and theories in place of Hertz")
-    yield make_table("Why Hertz does not hold (screen), in % of all positions", _CAUSE_COLUMNS, answer.causes)
-    yield make_table("Cheapest theory that holds, in % of all positions", _THEORY_COLUMNS, answer.theories)
+    yield make_table("Why Hertz does not hold (screen), in % of all contacts", _CAUSE_COLUMNS, answer.causes)
+    yield make_table("Cheapest theory that holds, in % of all contacts", _THEORY_COLUMNS, answer.theories)
+    if answer.open_causes:
+        yield make_table("What would decide the unresolved contacts, in % of all", _OPEN_COLUMNS, answer.open_causes)
+    if answer.refusals:
+        yield Heading("Positions without an answer")
+        yield (
+            "NO CONTACT: the wheel derails or falls between the rails, so that the position does not belong to the"
+            " population. REFUSED: the position belongs to the population, and its answer is unknown."
+        )
+        yield make_table("Kinds of reasons, in % of all positions", _REFUSAL_COLUMNS, answer.refusals)
     yield Heading("Worst pairs")
     yield make_table(
         "Pairs with the smallest share of Hertz, each with its worst position", _WORST_PAIR_COLUMNS, answer.worst
@@ -282,7 +331,7 @@ def _draw_worst_sections(worst: Sequence[RowMapping], case_of: CaseOf) -> Iterat
     If it cannot be drawn, the reason is given.
     """
     for row in worst:
-        position_text = f"{row['wheel']} on {row['rail']}, {row['shift_mm']:g} mm, {row['load_kN']:g} kN"
+        position_text = _describe_position(row)
         try:
             placement = place_case(case_of(row["wheel"], row["rail"], row["shift_mm"], row["load_kN"]))
         except FecontactError as error:
@@ -292,6 +341,11 @@ def _draw_worst_sections(worst: Sequence[RowMapping], case_of: CaseOf) -> Iterat
                 position_text,
                 [Picture(content=render_image(pair_figure(placement)), words=row["cause"] or "", width=900)],
             )
+
+
+def _describe_position(row: TableRecord) -> str:
+    """Pair, shift and load of a position in words."""
+    return f"{row['wheel']} on {row['rail']}, {format_shift(row['shift_mm'])} mm, {row['load_kN']:g} kN"
 
 
 def _make_percent_column(
@@ -325,8 +379,24 @@ def _make_interval_column(heading: str, answer: str) -> Column:
     return text_column(heading, cell, "number", none="-")
 
 
+_COLUMN_WORDS = {
+    "flange_height_mm": "flange height Sh, mm",
+    "flange_thickness_mm": "flange thickness Sd, mm",
+    "flange_qr_mm": "qR, mm",
+    "wear_mm": "wear depth, mm",
+    "noise_um": "noise, um",
+    "nominal": "nominal profile",
+    "rolling_radius_mm": "rolling radius, mm",
+}
+
+
+def _describe_group(row: TableRecord) -> str:
+    """Body and property of a group in words."""
+    return f"{row['body']}: {_COLUMN_WORDS.get(row['column'], row['column'])}" if row["column"] else "all"
+
+
 _GROUP_COLUMNS = [
-    text_column("group", lambda row: f"{row['body']} {row['column']}".strip() or "all"),
+    text_column("group", _describe_group),
     text_column("value", "value"),
     _make_percent_column("weight\n%", lambda row: row["weight_percent"] / 1e2),
     _make_percent_column("screen\n%", lambda row: row["screen_holds_percent"] / 1e2),
@@ -348,12 +418,20 @@ _THEORY_COLUMNS = [
     number_column("positions", "positions"),
 ]
 _CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
+_OPEN_COLUMNS = [text_column("decided by", "value", wraps=True), *_THEORY_COLUMNS[1:]]
+_REFUSAL_COLUMNS = [
+    text_column("screen", "verdict"),
+    text_column("reason", "kind", wraps=True),
+    *_THEORY_COLUMNS[1:],
+    text_column("example", _describe_position, wraps=True),
+    text_column("remedy", "remedy", wraps=True),
+]
 _WORST_PAIR_COLUMNS = [
     text_column("wheel", lambda row: short_name(row["wheel"])),
     text_column("rail", lambda row: short_name(row["rail"])),
     _make_percent_column("holds\n%", lambda row: row["holds"] or 0.0),
     _make_percent_column("unresolved\n%", lambda row: row["open"] or 0.0, rank=1, name="open"),
-    number_column("shift\nmm", "shift_mm"),
+    text_column("shift\nmm", lambda row: format_shift(row["shift_mm"]), "number"),
     number_column("load\nkN", "load_kN"),
     number_column("margin", "margin", "{:.1f}", rank=2, name="margin"),
     text_column("cause", "cause", wraps=True),
@@ -393,7 +471,7 @@ def _make_cells_table(cells: Sequence[RowMapping]) -> Table:
     by_shift: dict[float, dict[float, str]] = defaultdict(dict)
     for row in cells:
         by_shift[row["shift"]][row["load"]] = _format_cell(row)
-    columns = [number_column("shift\nmm", "shift")]
+    columns = [text_column("shift\nmm", lambda row: format_shift(row["shift"]), "number")]
     columns += [text_column(f"{load:g}\nkN", f"{load:g}", "number", none="-") for load in loads]
     table_rows = [
         {"shift": shift, **{f"{load:g}": text_of_load for load, text_of_load in texts.items()}}
@@ -439,7 +517,7 @@ def draw_map(cells: Sequence[RowMapping]) -> Figure:
     for (load, shift), share in np.ndenumerate(shares):
         if np.isfinite(share):
             ax.text(shift, load, format_percent(share / 1e2), ha="center", va="center", fontsize=8)
-    ax.set(xticks=range(len(shifts)), xticklabels=[f"{shift:g}" for shift in shifts], xlabel=SHIFT_LABEL)
+    ax.set(xticks=range(len(shifts)), xticklabels=[format_shift(shift) for shift in shifts], xlabel=SHIFT_LABEL)
     ax.set(yticks=range(len(loads)), yticklabels=[f"{load:g}" for load in loads], ylabel="load in kN")
     figure.colorbar(image, label="pairs for which Hertz holds in %")
     return figure
@@ -484,7 +562,7 @@ def draw_groups(answer: FleetAnswer) -> Figure:
             **style,
             label="finite elements, 95 % interval",
         )
-    names = [f"{row['body']} {row['column']}: {row['value']}" if row["column"] else "all" for row in rows]
+    names = [f"{_describe_group(row)}: {row['value']}" if row["column"] else "all" for row in rows]
     ax.set(yticks=positions, yticklabels=names, xlim=(-2.0, 102.0), xlabel="Hertz holds, in % of the weight")
     ax.invert_yaxis()
     add_grid(ax)

@@ -14,13 +14,14 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.case import Case
-from fecontact.errors import ConvergenceError, InputError
+from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet.model import Position, ScreeningTheory
 from fecontact.features.fleet.reading import StoredProfile
 from fecontact.features.fleet.screened_position import make_position_row, screen_variant
-from fecontact.features.fleet.screening_rows import ROWS_FILE, Row, write_rows
+from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, Row, write_rows
 from fecontact.jobs.workers import WorkResult
 from fecontact.placement.conicity import RadiusDifference
+from fecontact.placement.problems import PositionProblem
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import Wheelset
 from fecontact.solving.placing import make_wheelset, place_at_shifts
@@ -119,15 +120,19 @@ class ScreeningPair:
             for row in self._screen_shift(shift, shift_loads, [by_shift[shift] for by_shift in outcomes])
         ]
 
-    def _screen_shift(self, shift: float, loads_kN: Sequence[float], outcomes: Sequence[Placement | str]) -> list[Row]:
+    def _screen_shift(
+        self, shift: float, loads_kN: Sequence[float], outcomes: Sequence[Placement | PositionProblem]
+    ) -> list[Row]:
         """Rows of all loads at a shift.
 
         `outcomes` has the placement on each variant, or the reason why there is none.
         """
         keys = [{"shift_mm": shift, "load_kN": load} for load in loads_kN]
-        placements = [placement for placement in outcomes if not isinstance(placement, str)]
-        if reasons := [reason for reason in outcomes if isinstance(reason, str)]:
-            return [key | make_refusal_columns(reasons[0]) for key in keys]
+        placements = [placement for placement in outcomes if isinstance(placement, Placement)]
+        if problems := [problem for problem in outcomes if isinstance(problem, PositionProblem)]:
+            # a variant on which the wheel can stand leaves it unknown whether there is a contact
+            is_derailed = len(problems) == len(outcomes) and all(problem.is_derailed for problem in problems)
+            return [key | make_refusal_columns(problems[0], is_derailed=is_derailed) for key in keys]
         touch = placements[0].first
         place = {"place_y_mm": float(touch.rail_y_mm), "contact_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
         return [key | place | self._screen_load(shift, key["load_kN"], placements) for key in keys]
@@ -138,9 +143,28 @@ class ScreeningPair:
         try:
             return make_position_row([screen_variant(case, placement, self.theory) for placement in placements])
         except (InputError, ConvergenceError) as error:
-            return make_refusal_columns(str(error))
+            return make_refusal_columns(error)
 
 
-def make_refusal_columns(reason: str) -> Row:
-    """Columns of a position without an answer, with the reason."""
-    return {"verdict": "REFUSED", "reason": reason}
+def make_refusal_columns(cause: FecontactError | str, *, is_derailed: bool = False) -> Row:
+    """Columns of a position without an answer.
+
+    Parameters
+    ----------
+    cause
+        The error, the problem of the placement, or a message.
+    is_derailed
+        Whether the wheel cannot stand there on any profile variant, so that the position is not a contact.
+
+    Returns
+    -------
+    dict
+        Verdict `NO CONTACT` or `REFUSED`, the reason, its kind and its remedy.
+    """
+    problem = PositionProblem.explain(cause)
+    return {
+        "verdict": NO_CONTACT if is_derailed else REFUSED,
+        "reason": str(problem),
+        "reason_kind": problem.kind,
+        "remedy": problem.remedy,
+    }

@@ -31,7 +31,13 @@ NUMBERS = (
     *(f"{name}_{what}" for name in MEASURE_COLUMNS.values() for what in ("percent", "uncertainty_percent")),
     *("margin", "variants_holding", "lines"),
 )
-TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason")
+TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason", "reason_kind", "remedy")
+NO_CONTACT, REFUSED = "NO CONTACT", "REFUSED"
+"""Verdicts of positions without an answer.
+
+The wheel derails or falls between the rails, so that the position is not a contact; or there is no answer for a
+different reason.
+"""
 Row = dict[str, Any]
 
 

@@ -31,6 +31,7 @@ _TRACK_COLUMNS = ("back_to_back_mm", "gauge_mm")
 RESULT_COLUMNS = (
     *("body", "name", "file", "content_hash", "status", "reason", "remedy", "noise_um", "filter_mm", "nominal"),
     *("wear_mm", "weight", "reader_notes", "suspicions"),
+    *("flange_height_mm", "flange_thickness_mm", "flange_qr_mm"),
 )
 """Columns of `profiles.parquet` that each profile has."""
 METADATA_PREFIX = "user_"

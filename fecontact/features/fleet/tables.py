@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.packages import import_arrow, import_duckdb, import_parquet
+from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     PROFILES,
     SAMPLE,
@@ -26,10 +27,12 @@ POSITION_COLUMNS = "wheel, rail, shift_mm, load_kN"
 """Columns that name a position."""
 STRATA = ("surely holds", "near", "surely fails", "refused")
 """Strata of positions by the verdict of the screen and its margin: margins of at least 2 uncertainties are sure."""
-_STRATUM = """
-    CASE WHEN verdict = 'REFUSED' THEN 'refused'
+_STRATUM = f"""
+    CASE WHEN verdict = '{REFUSED}' THEN 'refused'
          WHEN verdict = 'OPEN' OR margin IS NULL OR abs(margin) < 2 THEN 'near'
          WHEN verdict = 'HOLDS' THEN 'surely holds' ELSE 'surely fails' END"""
+# Columns that tables of an earlier version lack.
+_OPTIONAL_COLUMNS = ("reason", "reason_kind", "remedy", "open_because")
 _NO_SAMPLE = """
     SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
            0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
@@ -113,8 +116,9 @@ def read_parquet(path: Path) -> Any:
 def open_tables(folder: Path) -> DuckDBPyConnection:
     """Open the tables of a fleet as views of a database.
 
-    The views are `profiles`, `screen` with the stratum of each position, `sample`, and `drawn`, the rows of `screen` of
-    the sample. Positions without weight are not part of the population.
+    The views are `profiles`, `placed` with all positions, `screen` with the contacts and their strata, `sample`, and
+    `drawn`, the rows of `screen` of the sample. Positions without weight are not part of the population. Positions at
+    which the wheel cannot stand are not contacts, and the weights of `screen` are shares of all contacts.
 
     The database has a single thread: on several threads the order of the positions, and so the last digits of a sum,
     differ from call to call. Two million positions take 5 s in place of 4 s on two cores.
@@ -132,7 +136,8 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
     Raises
     ------
     InputError
-        If DuckDB is not installed, the folder has no screened positions, or a table was changed.
+        If DuckDB is not installed, the folder has no screened positions, no position is a contact, or a table was
+        changed.
     """
     duckdb = import_duckdb()
     parts = list_parts(folder, read_record(folder))
@@ -141,7 +146,7 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
     tables.execute("SET threads = 1")
     tables.read_parquet(name_for_duckdb(folder / PROFILES)).create_view("profiles")
     tables.read_parquet(parts).create_view("screened")
-    tables.execute(f"CREATE VIEW screen AS SELECT *, {_STRATUM} AS stratum FROM screened WHERE weight > 0")
+    _create_views_of_positions(tables, folder)
     if has_sample:
         tables.read_parquet(name_for_duckdb(folder / SAMPLE)).create_view("sample")
     else:
@@ -151,6 +156,34 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
         f" sample.weight AS drawn_weight FROM sample JOIN screen USING ({POSITION_COLUMNS})"
     )
     return tables
+
+
+def _create_views_of_positions(tables: DuckDBPyConnection, folder: Path) -> None:
+    """Create the views `placed` of all positions, and `screen` of the contacts.
+
+    Both have only positions with a weight. Positions at which the wheel cannot stand are not contacts: the weights of
+    `screen` are shares of all contacts.
+
+    Raises
+    ------
+    InputError
+        If no position is a contact.
+    """
+    names = {row["column_name"] for row in query_rows(tables, "DESCRIBE screened")}
+    missing = "".join(f", NULL::VARCHAR AS {name}" for name in _OPTIONAL_COLUMNS if name not in names)
+    tables.execute(f"CREATE VIEW placed AS SELECT *{missing} FROM screened WHERE weight > 0")
+    (row,) = query_rows(
+        tables, f"SELECT sum(weight) FILTER (verdict <> '{NO_CONTACT}') / sum(weight) AS contacts FROM placed"
+    )
+    if not row["contacts"]:
+        raise InputError(
+            f"{folder}: no position is a contact, because the wheel cannot stand on the rail at any shift; the column"
+            " reason of screen/ has the reasons; check shifts, gauge and profiles"
+        )
+    tables.execute(
+        f"CREATE VIEW screen AS SELECT * REPLACE (weight / CAST('{row['contacts']!r}' AS DOUBLE) AS weight),"
+        f" {_STRATUM} AS stratum FROM placed WHERE verdict <> '{NO_CONTACT}'"
+    )
 
 
 def query_rows(tables: DuckDBPyConnection, sql: str, *values: Any) -> list[Record]:
