@@ -223,7 +223,7 @@ def _replace_folder(temporary: Path, final: Path) -> None:
 
 
 def _remove_replaced_folder(replaced: Path, final: Path) -> None:
-    """Move the files of somebody else from a replaced folder into the new folder, and remove the replaced folder."""
+    """Remove a replaced folder; files of somebody else are moved into the new folder."""
     if not replaced.exists():
         return
     for path in _list_foreign_files(replaced, final):
@@ -234,7 +234,7 @@ def _remove_replaced_folder(replaced: Path, final: Path) -> None:
 
 
 def _list_foreign_files(replaced: Path, final: Path) -> list[Path]:
-    """Files, links and pipes in a replaced folder that the manifest of this folder does not list.
+    """Files, links and pipes in a replaced folder that its manifest does not list.
 
     If the manifest is damaged, the names of the new files decide.
     """

@@ -77,7 +77,7 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
 
 @fleet.command
 def check(file: Path) -> int:
-    """Print the columns of the tables, size, time and memory of a fleet, without reading a profile.
+    """Print the columns, size, time and memory of a fleet, without reading a profile.
 
     Parameters
     ----------
