@@ -10,7 +10,6 @@ import argparse
 import contextlib
 import os
 import random
-import re
 import shutil
 import sys
 from collections.abc import Callable, Mapping
@@ -189,9 +188,7 @@ def try_plant(prepared: Prepared, place: str, plant: Callable, fresh: bool, tall
         is_named = path == folder / "out"
         lost = [name for name in neighbour_bytes if now.get(name) != neighbour_bytes[name]]
         lost += [name for name in now if name not in neighbour_bytes and not is_named]
-        # a folder with the name of a job, 20 digits of a checksum, belongs to the program
-        is_job = re.fullmatch(r"[0-9a-f]{20}", path.name)
-        if plant in (plant_folder, plant_unwritable_folder) and not is_job and not _has_notes(path):
+        if plant in (plant_folder, plant_unwritable_folder) and not _has_notes(path):
             lost.append(f"{place}/notes.txt")
         if lost and len(tally.bad) == count:
             tally.bad.append(f"{what}; {' '.join(line)[:120]}: {', '.join(lost[:3])} of somebody else changed")

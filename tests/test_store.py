@@ -157,9 +157,96 @@ def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):
 
 def test_leftovers_of_killed_runs_are_removed_and_cases_stay(tmp_path):
     name = stored(tmp_path)
-    (tmp_path / "cases" / f".{name}.0123").mkdir()
+    (tmp_path / "cases" / f".{name}.0123456789ab").mkdir()
+    notes = tmp_path / "cases" / ".notes.2024"
+    notes.write_text("keep", "utf-8")
     remove_leftovers(tmp_path / "cases")
-    assert [path.name for path in (tmp_path / "cases").iterdir()] == [name]
+    assert {path.name for path in (tmp_path / "cases").iterdir()} == {name, notes.name}
+
+
+def list_names(folder: Path) -> set[str]:
+    return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if not path.is_dir()}
+
+
+def add_notes(folder: Path) -> dict[str, str]:
+    """Files of a user in the folder of a case, one of them in place of a result, with their texts."""
+    texts = {"notes.txt": "a note", "more/deep/notes.txt": "further notes", ".hidden": "hidden", "rail.vtu/x": "x"}
+    (folder / "rail.vtu").unlink(missing_ok=True)
+    for name, text in texts.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text, "utf-8")
+    (folder / "away").symlink_to("/nowhere")
+    return {name.replace("rail.vtu/", "rail.vtu.1/"): text for name, text in texts.items()}
+
+
+@pytest.mark.parametrize("has_manifest", [True, False])
+def test_files_of_a_user_stay_in_the_folder_of_a_case(tmp_path, has_manifest):
+    name = stored(tmp_path)
+    folder = name_case_folder(tmp_path, name)
+    written = list_names(folder)
+    texts = add_notes(folder)
+    (folder / "result.json").write_text("damaged", "utf-8")
+    if not has_manifest:
+        (folder / MANIFEST).unlink()
+    for _ in range(2):
+        stored(tmp_path)
+        assert stored_state(tmp_path, name).usable
+        assert list_names(folder) == {*written, *texts, "away"}
+        assert {name: (folder / name).read_text("utf-8") for name in texts} == texts
+        assert list_names(folder.parent) == {f"{name}/{file}" for file in list_names(folder)}
+
+
+def test_a_note_with_the_name_of_a_new_file_stays(tmp_path):
+    folder = tmp_path / "cases" / "job"
+    for file in ("a.txt", "b.txt", "b.txt"):
+        with replace_folder(folder, "job", determine_origin(CASE)) as temporary:
+            (temporary / file).write_text("result", "utf-8")
+        (folder / "b.txt").write_text("a note", "utf-8")
+    # the second run wrote b.txt itself, so that the last one replaced a changed result
+    assert (folder / "b.txt.1").read_text("utf-8") == "a note"
+    assert list_names(folder) == {"b.txt", "b.txt.1", MANIFEST}
+
+
+@pytest.mark.parametrize("ended_at", [1, 2, 3])
+@pytest.mark.parametrize("is_restarted", [True, False])
+def test_files_of_a_user_survive_a_kill_during_the_replacement(tmp_path, monkeypatch, ended_at, is_restarted):
+    name = stored(tmp_path)
+    folder = name_case_folder(tmp_path, name)
+    texts = add_notes(folder)
+    rename, moves = Path.rename, []
+
+    def killed(self: Path, target: Path) -> Path:
+        moves.append(target)
+        if len(moves) == ended_at:
+            raise KeyboardInterrupt
+        return rename(self, target)
+
+    monkeypatch.setattr(Path, "rename", killed)
+    with pytest.raises(KeyboardInterrupt):
+        stored(tmp_path)
+    monkeypatch.undo()
+    if is_restarted:
+        remove_leftovers(folder.parent)
+        assert [path.name for path in folder.parent.iterdir()] == [name]
+    stored(tmp_path)
+    remove_leftovers(folder.parent)
+    assert stored_state(tmp_path, name).usable
+    assert {name: (folder / name).read_text("utf-8") for name in texts} == texts
+
+
+@pytest.mark.parametrize("kind", ["link", "file"])
+def test_a_link_or_a_file_with_the_name_of_a_case_is_refused(tmp_path, kind):
+    folder = name_case_folder(tmp_path, make_case_id(CASE))
+    folder.parent.mkdir()
+    if kind == "link":
+        (tmp_path / "mine").mkdir()
+        folder.symlink_to(tmp_path / "mine")
+    else:
+        folder.write_text("keep", "utf-8")
+    with pytest.raises(InputError, match=f"is a {kind} instead of a folder; remove it"):
+        stored(tmp_path)
+    assert os.path.lexists(folder)
+    assert [path.name for path in folder.parent.iterdir()] == [folder.name]
 
 
 HOLD = "import sys, time; from pathlib import Path; from fecontact.jobs.store import lock_folder\n"

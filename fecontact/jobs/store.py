@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import errno
 import glob
+import itertools
 import os
 import re
 import secrets
@@ -25,8 +26,10 @@ from fecontact.files import check_regular_file, hash_file, read_json, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
+# Ending of the temporary name of a folder that a new folder replaces.
+_REPLACED = ".replaced"
 # Names of temporary folders and files, and of the progress of a job.
-_LEFTOVER = re.compile(r"\..+\.([0-9a-f]{4,}(\.[^.]+)?|under-way)")
+_LEFTOVER = re.compile(r"\..+\.([0-9a-f]{12}(\.[^.]+)?|under-way)")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +80,8 @@ def replace_folder(final: Path, name: str, origin: Origin, run: str = "") -> Ite
     """Open a temporary folder for a job's files.
 
     If nothing is raised, the temporary folder replaces `final` in one step. Checksums of the files are written first. A
-    reader, also after a killed run, sees the old folder, no folder, or the complete new folder.
+    reader, also after a killed run, sees the old folder, no folder, or the complete new folder. Files of somebody else
+    in the old folder are moved into the new folder.
 
     Parameters
     ----------
@@ -94,7 +98,15 @@ def replace_folder(final: Path, name: str, origin: Origin, run: str = "") -> Ite
     ------
     Path
         The temporary folder.
+
+    Raises
+    ------
+    InputError
+        If a link or a file has the name of the folder.
     """
+    if final.is_symlink() or (final.exists() and not final.is_dir()):
+        kind = "a link" if final.is_symlink() else "a file"
+        raise InputError(f"{final} is {kind} instead of a folder; remove it, or give a different --out")
     temporary = _name_temporary_folder(final)
     try:
         temporary.mkdir(parents=True)
@@ -186,8 +198,8 @@ def write_manifest(folder: Path, files: Iterable[Path], name: str, origin: Origi
     return write_json(folder / MANIFEST, manifest)
 
 
-def _name_temporary_folder(final: Path) -> Path:
-    return final.with_name(f".{final.name}.{secrets.token_hex(6)}")
+def _name_temporary_folder(final: Path, ending: str = "") -> Path:
+    return final.with_name(f".{final.name}.{secrets.token_hex(6)}{ending}")
 
 
 def _replace_folder(temporary: Path, final: Path) -> None:
@@ -195,7 +207,7 @@ def _replace_folder(temporary: Path, final: Path) -> None:
 
     If another process stores the folder at the same time, the move is repeated.
     """
-    replaced = _name_temporary_folder(final)
+    replaced = _name_temporary_folder(final, _REPLACED)
     while True:
         with contextlib.suppress(FileNotFoundError):
             final.rename(replaced)
@@ -206,12 +218,53 @@ def _replace_folder(temporary: Path, final: Path) -> None:
             # a worker that was taken for lost has stored the same job meanwhile
             if error.errno not in (errno.ENOTEMPTY, errno.EEXIST):
                 raise
-            shutil.rmtree(replaced, ignore_errors=True)
+            _remove_replaced_folder(replaced, final)
+    _remove_replaced_folder(replaced, final)
+
+
+def _remove_replaced_folder(replaced: Path, final: Path) -> None:
+    """Remove a replaced folder; files of somebody else are moved into the new folder."""
+    if not replaced.exists():
+        return
+    for path in _list_foreign_files(replaced, final):
+        target = _find_free_path(final, path.relative_to(replaced))
+        target.parent.mkdir(parents=True, exist_ok=True)
+        path.rename(target)
     shutil.rmtree(replaced, ignore_errors=True)
+
+
+def _list_foreign_files(replaced: Path, final: Path) -> list[Path]:
+    """Files, links and pipes in a replaced folder that its manifest does not list.
+
+    If the manifest is damaged, the names of the new files decide.
+    """
+    manifest = _read_manifest(replaced)
+    if isinstance(manifest, str):
+        own_names = {path.relative_to(final).as_posix() for path in final.rglob("*") if not path.is_dir()}
+    else:
+        own_names = {*manifest["files"], MANIFEST}
+    return [
+        path
+        for path in sorted(replaced.rglob("*"))
+        if (path.is_symlink() or not path.is_dir()) and path.relative_to(replaced).as_posix() not in own_names
+    ]
+
+
+def _find_free_path(folder: Path, name: Path) -> Path:
+    """Path of a file in a folder; the first part of its name gets a number if a new file has this name."""
+    first, *further = name.parts
+    for number in itertools.count():
+        path = Path(folder, f"{first}.{number}" if number else first, *further)
+        inner_folders = path.parents[: len(further)]
+        if not os.path.lexists(path) and all(inner.is_dir() or not os.path.lexists(inner) for inner in inner_folders):
+            return path
+    raise AssertionError("unreachable: the numbers do not end")
 
 
 def remove_leftovers(parent: Path, name: str | None = None) -> None:
     """Remove temporary folders and files of killed processes.
+
+    A folder gets its name back if a kill interrupted its replacement.
 
     Parameters
     ----------
@@ -223,10 +276,21 @@ def remove_leftovers(parent: Path, name: str | None = None) -> None:
     for path in parent.glob(".*" if name is None else f".{glob.escape(name)}.*"):
         if path.is_symlink() or not _LEFTOVER.fullmatch(path.name):
             continue
-        if path.is_dir():
+        if path.is_dir() and path.suffix == _REPLACED:
+            _end_replacement(path)
+        elif path.is_dir():
             shutil.rmtree(path, ignore_errors=True)
         else:
             path.unlink(missing_ok=True)
+
+
+def _end_replacement(replaced: Path) -> None:
+    """Remove a folder that was replaced; if its successor is missing, give it its name back."""
+    final = replaced.with_name(replaced.name[1:].rsplit(".", 2)[0])
+    if os.path.lexists(final):
+        _remove_replaced_folder(replaced, final)
+    else:
+        replaced.rename(final)
 
 
 def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:

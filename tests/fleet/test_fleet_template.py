@@ -2,9 +2,11 @@
 
 import inspect
 
+import pytest
 from test_features import copied, python
 from test_templates import replace_default
 
+from fecontact.cli import call
 from fecontact.features.fleet.command import examples
 from fecontact.features.fleet.examples import write_fleet
 
@@ -55,3 +57,23 @@ def test_numbers_of_an_example_are_the_numbers_of_the_function():
         for function in (examples, write_fleet)
     )
     assert option_defaults == function_defaults
+
+
+@pytest.mark.parametrize("name", ["wheels.csv", "rails.csv", "fleet.toml", "wheels/wheel00000.csv"])
+def test_an_example_overwrites_files_by_force_alone(tmp_path, capsys, name):
+    mine = tmp_path / "trial" / name
+    mine.parent.mkdir(parents=True)
+    mine.write_text("keep", "utf-8")
+    line = ["fleet", "examples", str(tmp_path / "trial"), "--wheels", "1", "--rails", "1"]
+    assert call(line) == 2
+    message = f"error: the example would overwrite {mine}; give another folder, or --force\n"
+    assert capsys.readouterr().err == message
+    assert [path for path in (tmp_path / "trial").rglob("*") if path.is_file()] == [mine]
+    assert mine.read_text("utf-8") == "keep"
+    notes = tmp_path / "trial" / "notes.txt"
+    notes.write_text("keep", "utf-8")
+    assert call([*line, "--force"]) == 0
+    assert mine.read_text("utf-8") != "keep"
+    assert notes.read_text("utf-8") == "keep"
+    assert call(line) == 2
+    assert "fleet.toml and 2 further files; give another folder, or --force" in capsys.readouterr().err

@@ -121,7 +121,7 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
 
 
 @fleet.command
-def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) -> int:
+def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1, force: bool = False) -> int:
     """Write an example of a fleet: worn copies of library profiles with noise.
 
     Parameters
@@ -132,13 +132,13 @@ def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) 
         Number of wheels, and number of rails (1 to 10000 each).
     seed
         Seed of wear and noise; equal seeds give equal files.
+    force
+        Overwrite existing files of an example.
     """
     from fecontact.features.fleet.examples import write_fleet
 
-    print_result(
-        f"Fleet: {write_fleet(folder, wheels=wheels, rails=rails, seed=seed)}; next: `fecontact fleet run` with this"
-        " file and --out FOLDER"
-    )
+    path = write_fleet(folder, wheels=wheels, rails=rails, seed=seed, force=force)
+    print_result(f"Fleet: {path}; next: `fecontact fleet run` with this file and --out FOLDER")
     return 0
 
 

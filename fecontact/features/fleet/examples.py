@@ -6,6 +6,7 @@ noise are drawn with a seed: equal seeds give equal files.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ inclination = ${inclination}
 """
 
 
-def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1) -> Path:
+def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1, force: bool = False) -> Path:
     """Write wheels/ and rails/ with their tables, and the file of a fleet.
 
     Parameters
@@ -55,6 +56,8 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
         Numbers of profiles, 1 to 10000.
     seed
         Seed of wear and noise.
+    force
+        Whether existing files with these names are overwritten.
 
     Returns
     -------
@@ -64,11 +67,13 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
     Raises
     ------
     InputError
-        If the numbers of wheels and rails are out of range.
+        If the numbers of wheels and rails are out of range, or a file exists already; then nothing is written.
     """
     for body, count in (("wheels", wheels), ("rails", rails)):
         if not 1 <= count <= _MOST_PROFILES:
             raise InputError(f"{body} is {count}; allowed: 1 to {_MOST_PROFILES}; give a number in this range")
+    if not force:
+        _refuse_existing_files(folder, wheels, rails)
     tables = {
         "wheels": "file,vehicle,mileage_km\n" + "".join(_write_wheel(folder, k, seed) for k in range(wheels)),
         "rails": "file,line,km,curve_radius_m\n" + "".join(_write_rail(folder, k, seed) for k in range(rails)),
@@ -80,12 +85,37 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
     return write_text(folder / "fleet.toml", heading + settings)
 
 
+def _refuse_existing_files(folder: Path, wheels: int, rails: int) -> None:
+    """Raise InputError if a file of the example exists already."""
+    names = (
+        "wheels.csv",
+        "rails.csv",
+        "fleet.toml",
+        *map(_name_wheel, range(wheels)),
+        *map(_name_rail, range(rails)),
+    )
+    existing_files = [str(folder / name) for name in names if os.path.lexists(folder / name)]
+    if existing_files:
+        further = f" and {len(existing_files) - 3} further files" * (len(existing_files) > 3)
+        raise InputError(
+            f"the example would overwrite {', '.join(existing_files[:3])}{further}; give another folder, or --force"
+        )
+
+
+def _name_wheel(number: int) -> str:
+    return f"wheels/wheel{number:05d}.csv"
+
+
+def _name_rail(number: int) -> str:
+    return f"rails/rail{number:05d}.csv"
+
+
 def _write_wheel(folder: Path, number: int, seed: int) -> str:
     """Write a wheel, and return its row of the table."""
     random = np.random.default_rng((seed, 0, number))
     name, mileage = _WHEELS[number % len(_WHEELS)], float(random.uniform(0.0, 200.0))
     # 1 mm of wear per 200 Mm, about the tape circle
-    file = _write_worn_points(folder, f"wheels/wheel{number:05d}.csv", name, (0.0, 5.0), mileage / 200.0, random)
+    file = _write_worn_points(folder, _name_wheel(number), name, (0.0, 5.0), mileage / 200.0, random)
     return f"{file},vehicle {number // 8},{1e3 * mileage:.0f}\n"
 
 
@@ -95,7 +125,7 @@ def _write_rail(folder: Path, number: int, seed: int) -> str:
     name, radius = _RAILS[number % len(_RAILS)], float(random.choice(_RADII_M))
     # worn to the gauge side in curves, by up to 1 mm
     place, depth = (-15.0, 3.0) if radius < 1000.0 else (0.0, 5.0), min(1.0, 300.0 / radius) * random.uniform(0.3, 1.0)
-    file = _write_worn_points(folder, f"rails/rail{number:05d}.csv", name, place, depth, random)
+    file = _write_worn_points(folder, _name_rail(number), name, place, depth, random)
     return f"{file},line {number % 4},{random.uniform(0.0, 100.0):.3f},{radius:.0f}\n"
 
 
