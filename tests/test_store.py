@@ -169,7 +169,7 @@ def list_names(folder: Path) -> set[str]:
 
 
 def add_notes(folder: Path) -> dict[str, str]:
-    """Files of a user in the folder of a case, one of them in place of a result, with their texts."""
+    """Texts of the files that a user has in the folder of a case."""
     texts = {"notes.txt": "a note", "more/deep/notes.txt": "further notes", ".hidden": "hidden", "rail.vtu/x": "x"}
     (folder / "rail.vtu").unlink(missing_ok=True)
     for name, text in texts.items():
