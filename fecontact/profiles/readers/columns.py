@@ -747,7 +747,7 @@ def is_sectioned(path: Path) -> bool:
         False for an unreadable file.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             return _SECTION_LINE.search(file.read(20_000).decode("latin-1")) is not None
     except (OSError, ValueError):
         return False

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.files import read_toml_text
+from fecontact.files import open_regular_file, read_toml_text
 from fecontact.profiles.curve import Profile, ProfileKind, check_shape, make_arc, make_tangent_head, mirror_segments
 from fecontact.profiles.origin import check_origin
 from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, ProfilePoints, measure_field_side_drop_mm
@@ -383,7 +383,7 @@ _FOREIGN_FORMATS: dict[str, bytes] = {
 def _refuse_foreign_format(path: Path) -> None:
     """Refuse a file of a format that has no reader."""
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             start = file.read(2000)
     except (OSError, ValueError):
         # the reader of the columns explains why

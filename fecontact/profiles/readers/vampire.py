@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
+from fecontact.files import open_regular_file
 from fecontact.profiles.curve import ProfileKind
 from fecontact.profiles.points import ProfilePoints
 from fecontact.profiles.readers.columns import ColumnSource, convert_to_mm, parse_columns, read_text
@@ -40,7 +41,7 @@ def is_vampire(path: Path) -> bool:
         False for an unreadable file.
     """
     try:
-        with path.open("rb") as file:
+        with open_regular_file(path) as file:
             return re.match(rb"\s*(?:RAIL|WHEEL)PROFILE\b", file.read(200)) is not None
     except (OSError, ValueError):
         return False
