@@ -1,5 +1,6 @@
 """Names are text: no output takes them for mathematics, markup or control of the terminal."""
 
+import csv
 import io
 import json
 import os
@@ -18,8 +19,10 @@ from fecontact.cli import call
 from fecontact.console.log import log_command
 from fecontact.console.messages import announce, print_result
 from fecontact.inputs.texts import escape_invisible
+from fecontact.outputs.paraview.vtk import _to_ascii
 from fecontact.outputs.parts import Lead
 from fecontact.outputs.style import render_image, render_page, render_svg, show_text_literally
+from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import print_parts
 from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.writers import csv_text
@@ -189,6 +192,28 @@ def test_a_name_stays_in_its_cell_of_a_page_in_markdown(name):
         assert "<script>" not in text
         rows = [line for line in text.splitlines() if line.startswith("|")]
         assert len({line.replace(r"\|", "").count("|") for line in rows}) == 1
+
+
+def test_a_table_in_a_file_is_clean(tmp_path):
+    names = [*VISIBLE, *INVISIBLE, "=1+1"]
+    table = write_csv([{name: name for name in names}], tmp_path / "a.csv")
+    assert is_clean(table.read_text("utf-8"))
+    with table.open(encoding="utf-8", newline="") as file:
+        heading, cells = csv.reader(file)
+    # the heading is guarded against formulas like a cell
+    assert heading == cells == [*map(escape_invisible, names[:-1]), "'=1+1"]
+
+
+@pytest.mark.parametrize("name", ["a$b$c", "a|b|c", r"w$\frac{$x"])
+def test_vtk_draws_the_annotation_without_mathematics_and_tables(name):
+    import vtkmodules.vtkRenderingFreeType
+    import vtkmodules.vtkRenderingMatplotlib  # noqa: F401
+    from vtkmodules.vtkRenderingCore import vtkTextRenderer
+
+    detect = vtkTextRenderer.GetInstance().DetectBackend
+    assert detect(name) == vtkTextRenderer.MathText
+    assert detect(_to_ascii(name)) == vtkTextRenderer.FreeType
+    assert _to_ascii("a\x1b[31m ± ü") == r"a\x1b[31m +- ?"
 
 
 def test_escapes_keep_json_what_it_is():

@@ -202,11 +202,6 @@ def count_text(number: int, noun: str) -> str:
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
-# Characters that are drawn or that separate words and lines. All others move the cursor, change the terminal or the
-# direction of the text, or are half a character.
-_ALLOWED_INVISIBLE = "\n\t"
-
-
 def escape_invisible(text: str) -> str:
     r"""Replace characters that a terminal would execute by escapes such as \x1b.
 
@@ -228,15 +223,22 @@ def escape_invisible(text: str) -> str:
     >>> print(escape_invisible("a\x1b[31m"))
     a\x1b[31m
     """
-    if text.isprintable():
-        return text
+    # Most lines are printable, and `isprintable` is faster than a loop over their characters.
+    return "\n".join(line if line.isprintable() else _escape_line(line) for line in text.split("\n"))
+
+
+def _escape_line(line: str) -> str:
+    """Escape the invisible characters of a line; tabs and spaces stay.
+
+    All others move the cursor, change the terminal or the direction of the text, or are half a character.
+    """
     return "".join(
         character
-        if character.isprintable() or character in _ALLOWED_INVISIBLE or unicodedata.category(character) == "Zs"
+        if character.isprintable() or character == "\t" or unicodedata.category(character) == "Zs"
         else f"\\x{ord(character):02x}"
         if character < "\x7f"
         else f"\\u{ord(character):04x}"
         if character <= "\uffff"
         else f"\\U{ord(character):08x}"
-        for character in text
+        for character in line
     )

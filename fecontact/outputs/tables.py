@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
 from fecontact.files import FORMULA_PREFIXES, write_text
+from fecontact.inputs.texts import escape_invisible
 from fecontact.profiles.curve import format_radius
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
@@ -293,7 +294,8 @@ def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     """Write rows as CSV.
 
     Columns are in the order in which they first occur. Missing values and NaN are empty. A text that spreadsheets would
-    evaluate has an apostrophe before it (`files.FORMULA_PREFIXES`).
+    evaluate has an apostrophe before it (`files.FORMULA_PREFIXES`), also in the heading. Characters that a terminal
+    would execute are escapes (`escape_invisible`).
 
     Parameters
     ----------
@@ -310,13 +312,13 @@ def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     rows = list(rows)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, columns, restval="", lineterminator="\n")
-    writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(map(_cell, columns))
+    writer.writerows([_cell(row.get(column)) for column in columns] for row in rows)
     return write_text(path, buffer.getvalue())
 
 
 def _cell(value: object) -> object:
-    if isinstance(value, str) and value.startswith(FORMULA_PREFIXES):
-        return f"'{value}"
+    if isinstance(value, str):
+        return escape_invisible(f"'{value}" if value.startswith(FORMULA_PREFIXES) else value)
     return None if is_missing(value) else value

@@ -8,6 +8,7 @@ their plane of symmetry.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +23,7 @@ from fecontact.errors import InputError
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import write_text
+from fecontact.inputs.texts import escape_invisible
 from fecontact.outputs.paraview.contact_surface import contact_surface, ellipse_lines
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import case_annotation
@@ -120,8 +122,13 @@ def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
 
 
 def _to_ascii(text: str) -> str:
-    # VTK's fonts have ASCII only, but names of profiles may have any character
-    return text.replace("±", "+-").encode("ascii", "replace").decode("ascii")
+    r"""Text for VTK's fonts, which have ASCII only.
+
+    Names of profiles may have any character. VTK takes a text with two `$` for mathematics and a text with `|` for a
+    table, and draws `\$` and `\|` as `$` and `|`.
+    """
+    ascii_text = escape_invisible(text).replace("±", "+-").encode("ascii", "replace").decode("ascii")
+    return re.sub(r"[$|]", r"\\\g<0>", ascii_text)
 
 
 def _xml_text(mesh: Any, suffix: str) -> str:
