@@ -256,7 +256,11 @@ class _CellReader:
         try:
             if isinstance(description, Number):
                 value = self._parse_number(cell, description, number) if self.table.is_text else cell
-                description.check(description.read(value))
+                number_inside = description.read(value)
+                description.check(number_inside)
+                # hundreds of rows have no reader who would see a note on a wrong unit
+                if note := description.note(number_inside):
+                    raise InputError(f"{note}; a table can have usual values only")
                 return float(value)
             if self.table.is_text:
                 return description.read(cell)

@@ -152,6 +152,33 @@ def test_columns_of_several_tables_have_one_type_and_one_spelling(tmp_path):
         assert f"columns {names} have equal names" in refusal(write_fleet_file(tmp_path, rails="rails.csv"))
 
 
+def test_a_profile_with_two_names_counts_once(tmp_path):
+    write_csv(tmp_path / "wheels.csv", "file\nLMB\nS1002\ns1002CN\n")
+    write_csv(tmp_path / "rails.csv", "file\nUIC60\n60E1\n60E2\n")
+    path = write_fleet_file(tmp_path, rails="rails.csv")
+    cost = fecontact.check_fleet(path)
+    assert (cost.wheels, cost.rails, cost.pairs) == (1, 2, 2)
+    problems = [candidate.problem for candidate in list_candidates(read_fleet(path)) if candidate.problem]
+    assert problems == ["same content as LMB", "same content as LMB", "same content as UIC60"]
+
+
+def test_a_name_that_the_library_cannot_have_is_refused_with_the_reason(tmp_path):
+    write_csv(tmp_path / "rails.csv", "file\n60E1\nR65\n60E9\nabsent.csv\n")
+    fleet = read_fleet(write_fleet_file(tmp_path, wheels="S1002", rails="rails.csv"))
+    known, gost, misspelt, absent = find_candidates(fleet, "rail")
+    assert not known.problem
+    assert gost.problem.startswith("the rail 'R65' (GOST R 51685) is not in the library")
+    assert gost.remedy.startswith("give a file of your own")
+    assert (misspelt.problem, misspelt.remedy[:17]) == ("there is no profile '60E9'", "did you mean 60E2")
+    assert absent.remedy == "check the path"
+
+
+def test_an_unusual_input_of_all_positions_is_noted(tmp_path, capsys):
+    path = write_fleet_file(tmp_path, wheels="S1002", rest="[case]\nrolling_radius_mm = 0.46\n")
+    assert call(["fleet", "check", str(path)]) == 0
+    assert "rolling radius is 0.46 mm; usual: 100 to 1000" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("ending", ["csv", "parquet"])
 @pytest.mark.parametrize(
     ("body", "column", "cell", "typed_cell", "message"),
@@ -161,6 +188,7 @@ def test_columns_of_several_tables_have_one_type_and_one_spelling(tmp_path):
         ("wheel", "weight", "much", "much", "row 2: weight is 'much'; allowed: a number (no unit, 0 to 1e+15)"),
         ("wheel", "weight", "-1", -1.0, "row 2: weight is -1.0; allowed: 0 to 1e+15"),
         ("wheel", "rolling_radius_mm", "0", 0.0, "row 2: rolling_radius_mm is 0.0 mm; allowed: finite and > 0"),
+        ("wheel", "rolling_radius_mm", "0.46", 0.46, "rolling_radius_mm is 0.46 mm; usual: 100 to 1000;"),
         ("wheel", "tape_circle_mm", "7000", 7000.0, "row 2: tape_circle_mm is 7000.0 mm; allowed: -1000 to 1000 mm"),
         ("wheel", "units", "foot", "foot", "row 2: units is 'foot'; allowed: mm, m, cm, um, in"),
         ("wheel", "Weight", "1", 1, "column 'Weight' is not an input; did you mean weight?"),

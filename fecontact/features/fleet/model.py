@@ -205,8 +205,10 @@ class FleetSettings:
         (4.0, 8.0),
         "Filter lengths; each gives a variant of every measured profile",
         domain="numbers",
-        words="at least two lengths of up to 1000 mm, such as [4, 8]",
-        holds=lambda value: _is_numbers(value) and len(value) > 1 and all(0.0 < length <= 1000.0 for length in value),
+        words="at least two different lengths of up to 1000 mm, such as [4, 8]",
+        holds=lambda value: (
+            _is_numbers(value) and len({*map(float, value)}) > 1 and all(0.0 < length <= 1000.0 for length in value)
+        ),
     )
 
 

@@ -27,9 +27,10 @@ from fecontact.features.fleet.table_columns import (
     select_case_values,
     select_reading_values,
 )
+from fecontact.files import path_exists
 from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
 from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table, reduce_name
-from fecontact.profiles.library import is_library_name
+from fecontact.profiles.library import find_library_name, is_library_name
 from fecontact.profiles.readers.columns import file_bytes
 
 BODIES: tuple[Body, ...] = ("wheel", "rail")
@@ -307,12 +308,13 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
             candidate, name=escape_path(candidate.name), spec=spec, problem="its path is not UTF-8", remedy=remedy
         )
     if is_library_name(candidate.spec):
-        content = candidate.spec
+        content = find_library_name(candidate.spec)
     else:
         try:
             content = hashlib.sha256(file_bytes(Path(candidate.spec))).hexdigest()
         except InputError as error:
-            return replace(candidate, problem=str(error), remedy="check the path")
+            problem, remedy = _explain_missing_file(candidate) or (str(error), "check the path")
+            return replace(candidate, problem=problem, remedy=remedy)
         candidate = replace(candidate, content_hash=content)
     reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))
     first_name = contents.setdefault((content, reading), candidate.name)
@@ -324,6 +326,19 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
             copy_of=first_name,
         )
     return candidate
+
+
+def _explain_missing_file(candidate: Candidate) -> tuple[str, str] | None:
+    """Problem and remedy of a name that is neither a file nor in the library; None for other problems."""
+    path = Path(candidate.spec)
+    if path.suffix or path_exists(path):
+        return None
+    try:
+        find_library_name(path.name, candidate.body)
+    except InputError as error:
+        problem, _, remedy = str(error).rpartition("; ")
+        return problem, remedy
+    return None
 
 
 def weigh_candidate_pairs(
