@@ -165,8 +165,8 @@ def test_a_profile_with_two_names_counts_once(tmp_path):
 def test_a_name_that_the_library_cannot_have_is_refused_with_the_reason(tmp_path):
     write_csv(tmp_path / "rails.csv", "file\n60E1\nR65\n60E9\nabsent.csv\n")
     fleet = read_fleet(write_fleet_file(tmp_path, wheels="S1002", rails="rails.csv"))
-    known, gost, misspelt, absent = find_candidates(fleet, "rail")
-    assert not known.problem
+    usual, gost, misspelt, absent = find_candidates(fleet, "rail")
+    assert not usual.problem
     assert gost.problem.startswith("the rail 'R65' (GOST R 51685) is not in the library")
     assert gost.remedy.startswith("give a file of your own")
     assert (misspelt.problem, misspelt.remedy[:17]) == ("there is no profile '60E9'", "did you mean 60E2")
