@@ -384,7 +384,7 @@ def test_a_side_of_the_head_that_faces_away_from_the_approach_has_no_nodes():
     case = Case(
         rail="A45",
         wheel="EN15302_H",
-        lateral_shift_mm=-3.79,
+        lateral_shift_mm=-4.0133,
         load_N=250e3,
         side="right",
         load_kind="normal",

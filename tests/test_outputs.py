@@ -1079,7 +1079,9 @@ def test_hertz_and_profiles_print_their_numbers(capsys):
         assert number in text
     # if the output is not a terminal, texts are not broken
     lines = [line.rstrip() for line in text.splitlines()]
-    assert all(any(line.endswith(profile["source"]) for line in lines) for profile in library_record())
+    assert all(
+        any(line.endswith(profile["source"].partition(";")[0]) for line in lines) for profile in library_record()
+    )
 
 
 def test_every_measure_has_words_and_every_limit_its_unit():
