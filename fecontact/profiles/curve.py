@@ -762,35 +762,45 @@ def check_shape(
     """
     check_size(y, z, kind=kind, label=what, unit=unit)
     if kind == "rail":
-        dip, at = _find_deepest_dip(z)
-        sides = [(y[side], z[side]) for side in (slice(at), slice(at, None))]
-        if dip > _LARGEST_DIP_MM and all(
-            np.ptp(side_y[side_z > side_z.max() - _LARGEST_DIP_MM]) > _LEAST_HEAD_WIDTH_MM for side_y, side_z in sides
-        ):
-            raise InputError(
-                f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
-                " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. A"
-                " crossing nose with its wing rail is not a known shape"
-            )
-        # a head is above the chord between its ends, even if it is canted, worn or half
-        middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
-        height_above_chord = 0.0
-        if np.count_nonzero(middle) > 1:
-            height_above_chord = measure_median_height(y[middle], z[middle]) - 0.5 * (z[0] + z[-1])
-        if height_above_chord < -0.1:
-            raise InputError(
-                f"{what}: the middle of the rail is {-height_above_chord:.2f} mm below the chord between its ends, "
-                "but z points up and a rail head is highest in the middle; reverse the sign of z, or "
-                + suggest_option(kind, "columns", flipped_columns)
-            )
-        if dip > _LARGEST_DIP_MM:
-            raise SuspiciousProfileError(
-                f"{what}: the profile dips by {dip:.1f} mm at y = {y[at]:.1f} mm, like the flange of a wheel, but a"
-                " rail is needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the"
-                " sides of the head",
-                "other body",
-            )
-        return
+        _check_rail_shape(y, z, what, flipped_columns)
+    else:
+        _check_wheel_shape(y, z, what, flipped_columns, is_mirrored=is_mirrored)
+
+
+def _check_rail_shape(y: Floats, z: Floats, what: str, flipped_columns: str) -> None:
+    """Refuse two heads, a head upside down, and a wheel in place of a rail."""
+    dip, at = _find_deepest_dip(z)
+    sides = [(y[side], z[side]) for side in (slice(at), slice(at, None))]
+    if dip > _LARGEST_DIP_MM and all(
+        np.ptp(side_y[side_z > side_z.max() - _LARGEST_DIP_MM]) > _LEAST_HEAD_WIDTH_MM for side_y, side_z in sides
+    ):
+        raise InputError(
+            f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
+            " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. A"
+            " crossing nose with its wing rail is not a known shape"
+        )
+    # a head is above the chord between its ends, even if it is canted, worn or half
+    middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])
+    height_above_chord = 0.0
+    if np.count_nonzero(middle) > 1:
+        height_above_chord = measure_median_height(y[middle], z[middle]) - 0.5 * (z[0] + z[-1])
+    if height_above_chord < -0.1:
+        raise InputError(
+            f"{what}: the middle of the rail is {-height_above_chord:.2f} mm below the chord between its ends, "
+            "but z points up and a rail head is highest in the middle; reverse the sign of z, or "
+            + suggest_option("rail", "columns", flipped_columns)
+        )
+    if dip > _LARGEST_DIP_MM:
+        raise SuspiciousProfileError(
+            f"{what}: the profile dips by {dip:.1f} mm at y = {y[at]:.1f} mm, like the flange of a wheel, but a"
+            " rail is needed; give the file as the wheel (--wheel, or --kind wheel), or cut the profile at the"
+            " sides of the head",
+            "other body",
+        )
+
+
+def _check_wheel_shape(y: Floats, z: Floats, what: str, flipped_columns: str, *, is_mirrored: bool) -> None:
+    """Refuse a rail in place of a wheel, a wheel upside down, and a flange on the field side."""
     middle = (y > y[0] + 0.3 * (y[-1] - y[0])) & (y < y[0] + 0.7 * (y[-1] - y[0]))
     if (
         np.count_nonzero(middle) > 1
@@ -814,12 +824,12 @@ def check_shape(
         raise InputError(
             f"{what}: the profile rises to {rise:.1f} mm above the tread at y = {y[z.argmax()]:.1f} mm and falls only "
             f"{drop:.1f} mm below it, but z points up and a flange reaches down; reverse the sign of z, or "
-            + suggest_option(kind, "columns", flipped_columns)
+            + suggest_option("wheel", "columns", flipped_columns)
         )
     if drop > 10.0 and y[z.argmin()] > 0.5 * (y.min() + y.max()):
         raise SuspiciousProfileError(
             f"{what}: the flange is at y = {y[z.argmin()]:.1f} mm, but a flange is on the gauge side, y < 0; reverse "
-            "the sign of y, or " + suggest_mirroring(kind, mirrored=is_mirrored),
+            "the sign of y, or " + suggest_mirroring("wheel", mirrored=is_mirrored),
             "mirrored",
         )
 
