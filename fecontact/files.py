@@ -268,6 +268,24 @@ def path_exists(path: str | Path) -> bool:
     return True
 
 
+def describe_object(path: Path) -> str:
+    """Kind of the object at a path, with its article.
+
+    Parameters
+    ----------
+    path
+        Path of an object.
+
+    Returns
+    -------
+    str
+        A link, a folder, a file, or a pipe or a device.
+    """
+    if path.is_symlink():
+        return "a link"
+    return "a folder" if path.is_dir() else "a file" if path.is_file() else "a pipe or a device"
+
+
 def check_regular_file(path: Path, *, link_allowed: bool = True) -> None:
     """Refuse a folder, a pipe or a device in the place of a file.
 
@@ -284,10 +302,9 @@ def check_regular_file(path: Path, *, link_allowed: bool = True) -> None:
         If something different from a file is at the path. The error has its kind and the path.
     """
     if path.is_symlink() and not link_allowed:
-        raise OSError(errno.EINVAL, "a symbolic link instead of a file", str(path))
+        raise OSError(errno.EINVAL, f"{describe_object(path)} instead of a file", str(path))
     if path.exists() and not path.is_file():
-        kind = "a folder" if path.is_dir() else "a pipe or a device"
-        raise OSError(errno.EINVAL, f"{kind} instead of a file", str(path))
+        raise OSError(errno.EINVAL, f"{describe_object(path.resolve())} instead of a file", str(path))
 
 
 def read_json(path: str | Path) -> Any:

@@ -22,7 +22,7 @@ from pathlib import Path
 from typing import IO, Any
 
 from fecontact.errors import InputError
-from fecontact.files import check_regular_file, hash_file, read_json, write_json
+from fecontact.files import check_regular_file, describe_object, hash_file, read_json, write_json
 
 MANIFEST = "stored.json"
 SCHEMA = "fecontact/stored/1"
@@ -105,8 +105,9 @@ def replace_folder(final: Path, name: str, origin: Origin, run: str = "") -> Ite
         If a link or a file has the name of the folder.
     """
     if final.is_symlink() or (final.exists() and not final.is_dir()):
-        kind = "a link" if final.is_symlink() else "a file"
-        raise InputError(f"{final} is {kind} instead of a folder; remove it, or give a different --out")
+        raise InputError(
+            f"{final} is {describe_object(final)} instead of a folder; remove it, or give a different --out"
+        )
     temporary = _name_temporary_folder(final)
     try:
         temporary.mkdir(parents=True)

@@ -31,12 +31,12 @@ def write_tables(study: str, cases: int, rows: Sequence[RowMapping], path: Path)
     path
         Path of the files without the endings .csv and .json.
     """
-    # both files have the same texts, which may contain names
+    # the texts of the CSV file, which may contain names
     plain_rows = [
         {key: escape_invisible(value) if isinstance(value, str) else value for key, value in row.items()}
         for row in rows
     ]
-    write_csv(plain_rows, path.with_name(f"{path.name}.csv"))
+    write_csv(rows, path.with_name(f"{path.name}.csv"))
     record = {
         "schema": STUDY_SCHEMA,
         "study": study,

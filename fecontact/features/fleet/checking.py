@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from fecontact.arrays import Floats
-from fecontact.case import Case
+from fecontact.case import Case, describe_unusual_inputs
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.population import (
@@ -64,6 +64,8 @@ class FleetCost:
         Sentence on the columns of each table: inputs, metadata, and names that may be a mistake.
     copies
         Sentence on the copies of each body, such as "10000 wheel files, of which 9999 are copies of other files".
+    notes
+        Unusual inputs that all positions have.
     """
 
     wheels: int
@@ -74,6 +76,7 @@ class FleetCost:
     memory_MB: float
     tables: tuple[str, ...] = ()
     copies: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -137,6 +140,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
+        notes=describe_unusual_inputs([definition.case]),
     )
 
 

@@ -109,14 +109,12 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
     say
         Function that prints.
     """
-    from fecontact.case import describe_unusual_inputs
     from fecontact.features.fleet.checking import check_fleet
-    from fecontact.features.fleet.model import read_fleet
     from fecontact.jobs.remaining import format_duration
     from fecontact.jobs.workers import count_default_workers
 
     cost = check_fleet(file)
-    for sentence in (*cost.tables, *cost.copies, *describe_unusual_inputs([read_fleet(file).case])):
+    for sentence in (*cost.tables, *cost.copies, *cost.notes):
         say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
     say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)

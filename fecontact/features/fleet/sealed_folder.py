@@ -15,7 +15,7 @@ from typing import Any
 
 from fecontact.errors import FecontactError, InputError
 from fecontact.features.fleet.packages import import_duckdb, import_parquet
-from fecontact.files import explain_broken_seal, hash_file, list_companions, read_json, write_sealed
+from fecontact.files import describe_object, explain_broken_seal, hash_file, list_companions, read_json, write_sealed
 from fecontact.jobs.store import LOCK, find_damage, lock_folder
 from fecontact.outputs.study_report import REPORT_FILE
 from fecontact.runs.folder import prepare_folder
@@ -173,21 +173,16 @@ def refuse_links(out: Path) -> None:
     for name in _FOLDERS:
         path = out / name
         if path.is_symlink() or (path.exists() and not path.is_dir()):
-            raise InputError(f"{path} is {_describe_kind(path)} instead of a folder; remove it, or give another folder")
+            raise InputError(
+                f"{path} is {describe_object(path)} instead of a folder; remove it, or give another folder"
+            )
     for name in _FILES:
         _refuse_special_file(out / name)
 
 
 def _refuse_special_file(path: Path) -> None:
     if path.is_symlink() or (path.exists() and not path.is_file()):
-        raise InputError(f"{path} is {_describe_kind(path)} instead of a file; remove it, or give another folder")
-
-
-def _describe_kind(path: Path) -> str:
-    """Kind of an object in a folder, with its article."""
-    if path.is_symlink():
-        return "a link"
-    return "a folder" if path.is_dir() else "a file" if path.is_file() else "a pipe or a device"
+        raise InputError(f"{path} is {describe_object(path)} instead of a file; remove it, or give another folder")
 
 
 def list_own_parts(out: Path) -> set[str]:

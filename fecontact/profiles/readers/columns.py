@@ -591,6 +591,26 @@ _LEAST_TIP_HEIGHT_MM = 3.0
 _BESIDE_END_MM = 15.0
 
 
+def read_start(path: Path) -> bytes:
+    """First bytes of a file, which show its format.
+
+    Parameters
+    ----------
+    path
+        Path of the file.
+
+    Returns
+    -------
+    bytes
+        At most 20,000 bytes; empty for an unreadable file, which the reader of its content refuses.
+    """
+    try:
+        with open_regular_file(path) as file:
+            return file.read(20_000)
+    except (OSError, ValueError):
+        return b""
+
+
 def is_miniprof(path: Path) -> bool:
     """Whether a file has a header of the MiniProf instrument, with any ending.
 
@@ -604,11 +624,7 @@ def is_miniprof(path: Path) -> bool:
     bool
         False for an unreadable file.
     """
-    try:
-        with open_regular_file(path) as file:
-            return _MINIPROF_MARK.search(file.read(20_000).decode("latin-1")) is not None
-    except (OSError, ValueError):
-        return False
+    return _MINIPROF_MARK.search(read_start(path).decode("latin-1")) is not None
 
 
 def read_miniprof(path: Path, kind: ProfileKind, reading: Reading) -> ProfilePoints:
@@ -746,11 +762,7 @@ def is_sectioned(path: Path) -> bool:
     bool
         False for an unreadable file.
     """
-    try:
-        with open_regular_file(path) as file:
-            return _SECTION_LINE.search(file.read(20_000).decode("latin-1")) is not None
-    except (OSError, ValueError):
-        return False
+    return _SECTION_LINE.search(read_start(path).decode("latin-1")) is not None
 
 
 def _turn_upwards(points: Floats, source: ColumnSource) -> tuple[Floats, list[str]]:
@@ -1094,11 +1106,7 @@ def is_simpack(path: Path) -> bool:
     bool
         False for an unreadable file.
     """
-    try:
-        with open_regular_file(path) as file:
-            return _SIMPACK_BLOCK.search(file.read(20_000).decode("latin-1")) is not None
-    except (OSError, ValueError):
-        return False
+    return _SIMPACK_BLOCK.search(read_start(path).decode("latin-1")) is not None
 
 
 def read_simpack(path: Path, reading: Reading) -> ProfilePoints:

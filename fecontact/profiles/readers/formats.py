@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.files import open_regular_file, read_toml_text
+from fecontact.files import read_toml_text
 from fecontact.profiles.curve import Profile, ProfileKind, check_shape, make_arc, make_tangent_head, mirror_segments
 from fecontact.profiles.origin import check_origin
 from fecontact.profiles.points import LARGEST_FIELD_SIDE_DROP_MM, ProfilePoints, measure_field_side_drop_mm
@@ -27,6 +27,7 @@ from fecontact.profiles.readers.columns import (
     read_columns,
     read_miniprof,
     read_simpack,
+    read_start,
     shorten_text,
 )
 from fecontact.profiles.readers.vampire import is_vampire, read_vampire
@@ -382,12 +383,7 @@ _FOREIGN_FORMATS: dict[str, bytes] = {
 
 def _refuse_foreign_format(path: Path) -> None:
     """Refuse a file of a format that has no reader."""
-    try:
-        with open_regular_file(path) as file:
-            start = file.read(2000)
-    except (OSError, ValueError):
-        # the reader of the columns explains why
-        return
+    start = read_start(path)
     for name, pattern in _FOREIGN_FORMATS.items():
         if re.match(pattern, start):
             raise InputError(

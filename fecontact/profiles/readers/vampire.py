@@ -13,10 +13,9 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.files import open_regular_file
 from fecontact.profiles.curve import ProfileKind
 from fecontact.profiles.points import ProfilePoints
-from fecontact.profiles.readers.columns import ColumnSource, convert_to_mm, parse_columns, read_text
+from fecontact.profiles.readers.columns import ColumnSource, convert_to_mm, parse_columns, read_start, read_text
 from fecontact.profiles.readers.numerals import parse_number
 from fecontact.profiles.reading import Reading
 
@@ -40,11 +39,7 @@ def is_vampire(path: Path) -> bool:
     bool
         False for an unreadable file.
     """
-    try:
-        with open_regular_file(path) as file:
-            return re.match(rb"\s*(?:RAIL|WHEEL)PROFILE\b", file.read(200)) is not None
-    except (OSError, ValueError):
-        return False
+    return re.match(rb"\s*(?:RAIL|WHEEL)PROFILE\b", read_start(path)) is not None
 
 
 def read_vampire(path: Path, reading: Reading) -> ProfilePoints:
