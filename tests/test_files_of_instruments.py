@@ -8,7 +8,7 @@ from points import profile_from_points, simpack
 
 from fecontact.cli import call
 from fecontact.errors import InputError
-from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.library import list_names, list_reference_names, load_library_profile
 from fecontact.profiles.point_noise import estimate_noise_mm
 from fecontact.profiles.points import find_spikes, is_exact
 from fecontact.profiles.reading import Reading
@@ -420,7 +420,7 @@ def test_a_wheel_is_the_profile_that_it_lies_on_beside_its_wear(name, depth_mm, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in list_names("wheel") if not name.startswith("CONE")])
+@pytest.mark.parametrize("name", [name for name in list_reference_names("wheel") if not name.startswith("CONE")])
 def test_wheels_of_the_library_that_are_hollow_are_their_own_profile_or_none(name):
     """Hollow wheels of the library; turned cones are equal to each other."""
     nominals = {

@@ -8,7 +8,7 @@ import pytest
 from points import profile_from_points
 
 from fecontact.errors import InputError
-from fecontact.profiles.library import list_names, load_library_profile
+from fecontact.profiles.library import EQUAL_HEADS, list_names, load_library_profile
 from fecontact.profiles.reading import DEFAULT_READING
 from fecontact.profiles.recognition import find_nearest_profiles
 from fecontact.profiles.segments import Registration
@@ -40,8 +40,9 @@ def test_the_nominal_of_a_canted_rail_is_found(name, cant, cut):
 @pytest.mark.parametrize("cant", CANTS)
 @pytest.mark.parametrize("name", list_names("rail"))
 def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
-    points = measure_rail(name, cant, cut=cut, seed=7)
-    assert find_nearest_profiles(points, "rail")[0].name == name
+    """A rail with the head of a different rail has the name of that rail."""
+    points, nominal = measure_rail(name, cant, cut=cut, seed=7), EQUAL_HEADS.get(name, name)
+    assert find_nearest_profiles(points, "rail")[0].name == nominal
     # a head that is canted outwards may be mirrored: the user settles it
     reading = DEFAULT_READING
     if cant > 0.0:
@@ -49,7 +50,7 @@ def test_every_rail_of_the_library_is_smoothed_towards_itself(name, cant, cut):
             profile_from_points(*points.T, kind="rail", name="p", reading=reading)
         reading = replace(reading, mirror=False)
     line = profile_from_points(*points.T, kind="rail", name="p", reading=reading)
-    assert line.measured.nominal == name
+    assert line.measured.nominal == nominal
     # its rotation, within the error that noise of 0.005 mm leaves on a head of 70 mm
     assert line.measured.held.registration.turn_rad == pytest.approx(-math.atan(cant), abs=1e-4)
     # the mirror image is canted as in the track

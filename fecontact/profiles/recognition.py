@@ -249,8 +249,11 @@ def check_mirroring(file_points: ProfilePoints, reading: Reading, matches: Seque
     if file_points.kind == "wheel":
         return []
     drop_mm = measure_field_side_drop_mm(file_points.points) or 0.0
+    # a wider rail may be nearer to most points, but wear does not reach as deep as its sides
+    likely_first = sorted(matches, key=lambda match: match.farthest_mm >= _LARGEST_WEAR_MM)
     best_match = next(
-        (match for match in matches if match.lost_on_field_side_mm is not None or match.farthest_mm < _UNWORN_MM), None
+        (match for match in likely_first if match.lost_on_field_side_mm is not None or match.farthest_mm < _UNWORN_MM),
+        None,
     )
     turn, lost_mm = (
         (best_match.registration.turn_rad, best_match.lost_on_field_side_mm or 0.0) if best_match else (0.0, 0.0)
