@@ -59,8 +59,10 @@ def make_suspicious_parts(fleet: ScreenedFleet) -> Iterator[Part]:
         " for them. Settle each in its row of the table, and run the same command again."
     )
     picture_rows = rows[:_MOST_PICTURES]
-    words = "Points (blue) and nominal profile in its own axes (grey) with the origin (+), in mm; at most the first"
-    words += f" {_MOST_PICTURES} files."
+    words = (
+        "Points (blue), and a profile of the library in its own axes (grey) with the origin (+): the nominal profile of"
+        f" the file, or a usual one if none was recognised; at most the first {_MOST_PICTURES} files."
+    )
     yield Picture(content=render_image(draw_suspicious_files(fleet, picture_rows)), words=words, width=1100)
     yield make_table("", _COLUMNS, rows)
 
@@ -101,7 +103,9 @@ def _draw_file(ax: Axes, fleet: ScreenedFleet, row: Row) -> None:
         ax.text(0.5, 0.5, "the file cannot be read or was changed", ha="center", transform=ax.transAxes, fontsize=6)
     else:
         _plot_points(ax, points)
-    ax.set_title(f"{Path(row['name']).name[:28]}\n{row['suspicions']}; {nominal}", fontsize=7)
+    ax.set_title(f"{Path(row['name']).name[:28]}: {row['suspicions']}\ngrey: {nominal}", fontsize=7)
+    ax.set_xlabel("y in mm", fontsize=6)
+    ax.set_ylabel("z in mm", fontsize=6)
     ax.set_aspect("equal", adjustable="datalim")
     ax.tick_params(labelsize=6)
 
