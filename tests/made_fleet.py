@@ -123,7 +123,7 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
         write(folder / "screen" / f"part-{number}.parquet", rows[number::parts])
     (folder / "fleet.toml").write_text("# a made fleet has no file\n", "utf-8")
     population = f"{wheels} wheels on {rails} rails, all pairs by their weights, 5 shifts and 3 loads"
-    seal(folder, {"population": population, "theory": "strip", "filters_mm": [4.0, 8.0]})
+    seal(folder, {"population": population, "theory": "strip", "filter_mm": None})
     return Made(folder=folder, truth=truth, weights=weights)
 
 

@@ -14,11 +14,18 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Criteria
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantResult, VariantShifts
+from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantResult, VariantShifts, find_open_cause
 from fecontact.judging.measures import compute_hertz_deviations
 from fecontact.judging.solved_load import ELEMENTS_STATUS
 from fecontact.judging.theory import has_certain_failure, judge_theory
-from fecontact.judging.verdict import ELEMENTS_CAUSE, PROFILE_CAUSE, Judgement, judge, judge_profile_variants
+from fecontact.judging.verdict import (
+    ELEMENTS_CAUSE,
+    PROFILE_CAUSE,
+    Judgement,
+    Verdict,
+    judge,
+    judge_profile_variants,
+)
 from fecontact.outputs.cases import verdict_of
 from fecontact.outputs.records.results import load_record, load_row
 from fecontact.outputs.verdict_words import (
@@ -438,3 +445,43 @@ def add_second_patch(rung: Rung) -> Rung:
     pressure[:, : s.size] = rung.pressure_MPa
     pressure[:, s.size :] = 0.2 * rung.pressure_MPa
     return replace(rung, grid=wider, pressure_MPa=pressure, gap_mm=np.zeros(wider.shape))
+
+
+# --- what an open verdict needs -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("answers", "cause"),
+    [
+        ({}, "mesh"),
+        ({"filter 5.66 mm": "UNRESOLVED", "filter 4 mm": "UNRESOLVED"}, "mesh"),
+        ({"filter 5.66 mm": "HOLDS", "filter 4 mm": "FAILS", "noise 1": "FAILS"}, "filter"),
+        ({"filter 5.66 mm": "HOLDS", "filter 8 mm": "UNRESOLVED"}, "filter"),
+        ({"filter 8 mm from 60E1": "HOLDS", "filter 8 mm": "FAILS"}, "nominal profile"),
+        ({"filter 5.66 mm": "HOLDS", "filter 4 mm": "HOLDS", "noise 2": "UNRESOLVED"}, "noise"),
+    ],
+)
+def test_an_open_verdict_names_what_decides_it(answers, cause):
+    assert find_open_cause(answers) == cause
+    verdict = Verdict(
+        answer="UNRESOLVED", measure="p_max_MPa", each={"p_max_MPa": "UNRESOLVED"}, variant_answers=answers
+    )
+    assert verdict.open_because == cause
+    assert replace(verdict, answer="HOLDS").open_because is None
+    assert replace(verdict, cause=ELEMENTS_CAUSE).open_because == (
+        "solution" if len({*answers.values()}) < 2 else cause
+    )
+
+
+def test_a_decided_verdict_of_an_unusable_result_needs_a_solution():
+    verdict = Verdict(answer="FAILS", measure="p_max_MPa", each={"p_max_MPa": "FAILS"})
+    assert verdict.usable(False).open_because == "solution"
+
+
+def test_all_variants_near_a_limit_are_decided_by_a_declared_filter():
+    """No variant is decided with the uncertainty of its meshes."""
+    answers = {"filter 5.66 mm": "UNRESOLVED", "filter 4 mm": "UNRESOLVED"}
+    verdict = Verdict(
+        answer="UNRESOLVED", measure="p_max_MPa", each={"p_max_MPa": "UNRESOLVED"}, variant_answers=answers
+    )
+    assert replace(verdict, cause=PROFILE_CAUSE).open_because == "filter"

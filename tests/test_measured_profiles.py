@@ -372,15 +372,18 @@ def test_a_parabola_is_as_long_as_its_closed_form():
 
 
 def test_smoothed_profiles_are_equal_by_their_points():
-    def profile(points):
+    def profile(points, is_filter_declared=False):
         measured = SimpleNamespace(
-            filter_mm=4.0, nominal="", noise_mm=0.01, points=np.array(points), s_mm=np.arange(2.0)
+            **{"filter_mm": 4.0, "is_filter_declared": is_filter_declared, "nominal": "", "noise_mm": 0.01},
+            points=np.array(points),
+            s_mm=np.arange(2.0),
         )
         return _ContentKey(SimpleNamespace(kind="rail", name="one", measured=measured))
 
     reference = profile([1.0, 2.0])
     assert reference == profile([1.0, 2.0])
     assert reference != profile([1.0, 2.5])
+    assert reference != profile([1.0, 2.0], is_filter_declared=True)
     assert reference != "one"
 
 

@@ -47,7 +47,6 @@ rank = 12
 """
 FLEET = """\
 theory = "strip"
-filters_mm = [4, 8]
 
 [wheels]
 files = "wheels.csv"

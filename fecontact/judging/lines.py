@@ -33,6 +33,48 @@ def is_noise_sample(label: str) -> bool:
     return label.startswith(NOISE_LABEL)
 
 
+OPEN_CAUSES = {
+    "filter": "a declared filter length",
+    "nominal profile": "a given nominal profile, or none",
+    "noise": "less noise, or closer points",
+    "mesh": "finer meshes",
+    "solution": "a usable solution",
+}
+"""What decides an open verdict, in words, by the name of its cause."""
+
+
+def read_filter_mm(label: str) -> float | None:
+    """Filter length of a variant in mm, from its label; None without a length."""
+    return float(label.split()[1]) if label.startswith(f"{FILTER_LABEL} ") else None
+
+
+def find_open_cause(answers: Mapping[str, str]) -> str:
+    """Find the cause of an open verdict from the answers on the profile variants.
+
+    Parameters
+    ----------
+    answers
+        Answer on each variant by its label, with the reference variant first; empty for an exact profile.
+
+    Returns
+    -------
+    str
+        Name in `OPEN_CAUSES`: `filter` if the answers differ between filter lengths, `nominal profile` if they differ
+        between variants of equal length, `noise` if only noise samples differ, and `mesh` if all answers are equal.
+
+    Examples
+    --------
+    >>> from fecontact.judging.lines import find_open_cause
+    >>> find_open_cause({"filter 5.66 mm": "HOLDS", "filter 4 mm": "FAILS", "filter 8 mm": "HOLDS"})
+    'filter'
+    """
+    points_answers = {label: answer for label, answer in answers.items() if not is_noise_sample(label)}
+    if len({*points_answers.values()}) > 1:
+        has_one_filter = len({read_filter_mm(label) for label in points_answers}) == 1
+        return "nominal profile" if has_one_filter else "filter"
+    return "noise" if len({*answers.values()}) > 1 else "mesh"
+
+
 @dataclass(frozen=True, kw_only=True)
 class VariantLobe:
     """Lobe of a half-space contact on a profile variant.

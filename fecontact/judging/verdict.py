@@ -17,7 +17,7 @@ from fecontact.contact_theories.touch_hertz import Side
 from fecontact.criteria import Criteria
 from fecontact.judging.causes import PatchGeometry, find_cause
 from fecontact.judging.ladder import LADDER_STEPS, PLASTIC_STEP, Ladder
-from fecontact.judging.lines import NO_SHIFTS, VariantShifts
+from fecontact.judging.lines import NO_SHIFTS, VariantShifts, find_open_cause
 from fecontact.judging.measures import (
     MEASURES,
     Measures,
@@ -57,7 +57,7 @@ class Verdict:
         Answer on each profile variant, by its label; empty for an exact profile.
     """
 
-    TELLS = ("answer", "measure", "each", "failing", "cause", "unknown", "variant_answers")
+    TELLS = ("answer", "measure", "each", "failing", "cause", "open_because", "unknown", "variant_answers")
 
     answer: Answer
     measure: str
@@ -70,6 +70,18 @@ class Verdict:
     def failing(self) -> tuple[str, ...]:
         """Names of the measures that fail."""
         return tuple(measure for measure, answer in self.each.items() if answer == "FAILS")
+
+    @property
+    def open_because(self) -> str | None:
+        """Name in `OPEN_CAUSES` of the cause of UNRESOLVED; else None."""
+        if self.answer != "UNRESOLVED":
+            return None
+        if self.cause == ELEMENTS_CAUSE or "UNRESOLVED" not in {*self.each.values(), *self.variant_answers.values()}:
+            # the measures are decided, but the numbers must not be used
+            return "solution" if len({*self.variant_answers.values()}) <= 1 else find_open_cause(self.variant_answers)
+        cause = find_open_cause(self.variant_answers)
+        is_profile_undecided = cause == "mesh" and self.cause == PROFILE_CAUSE
+        return "filter" if is_profile_undecided and len(self.variant_answers) > 1 else cause
 
     def usable(self, is_usable: bool) -> Verdict:
         """Verdict of a usable result; UNRESOLVED for an unusable result.
@@ -431,7 +443,9 @@ def list_theory_answers(judgements: Mapping[str, Judgement]) -> list[TheoryAnswe
 
 
 def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = False) -> TheoryAnswer:
-    """First theory in order of cost that does not fail.
+    """First theory in order of cost that holds.
+
+    Without one, the result is the first theory that may hold.
 
     Parameters
     ----------
@@ -443,8 +457,7 @@ def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = F
     Returns
     -------
     TheoryAnswer
-        With the answer UNRESOLVED if it is unresolved whether the cheapest theory holds; without a name if all theories
-        fail.
+        With the answer UNRESOLVED if no theory is known to hold and one may hold; without a name if all theories fail.
 
     Examples
     --------
@@ -452,8 +465,26 @@ def find_cheapest_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = F
     >>> find_cheapest_theory([TheoryAnswer(name="hertz"), TheoryAnswer(name="multi_hertz", answer="HOLDS")]).label
     'multi_hertz'
     """
-    candidates = (theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range))
-    return next(candidates, TheoryAnswer())
+    candidates = [theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range)]
+    return min(candidates, key=lambda theory: ANSWERS_BEST_FIRST.index(theory.answer), default=TheoryAnswer())
+
+
+def find_cheaper_possible_theory(theories: Iterable[TheoryAnswer], *, in_range: bool = False) -> TheoryAnswer:
+    """First theory that may hold and is cheaper than the cheapest theory that holds.
+
+    Parameters
+    ----------
+    theories, in_range
+        As in `find_cheapest_theory`.
+
+    Returns
+    -------
+    TheoryAnswer
+        Without a name if there is no such theory, or if no theory is known to hold.
+    """
+    candidates = [theory for theory in theories if theory.answer != "FAILS" and not (in_range and theory.out_of_range)]
+    is_any_known = any(theory.answer == "HOLDS" for theory in candidates)
+    return candidates[0] if is_any_known and candidates[0].answer == "UNRESOLVED" else TheoryAnswer()
 
 
 # --- Plastic verdict: first loading of virgin steel, and Hertz compared with bodies that yield.

@@ -8,7 +8,13 @@ from itertools import chain, repeat
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.feature_registry import load_offers
 from fecontact.judging.readings import LawReadingView
-from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
+from fecontact.judging.verdict import (
+    Judgement,
+    TheoryAnswer,
+    find_cheaper_possible_theory,
+    find_cheapest_theory,
+    list_theory_answers,
+)
 from fecontact.maps.load_limits import find_stretches
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
 from fecontact.maps.telling import read_laws
@@ -136,8 +142,22 @@ def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView
             ", ".join(f"{theories.marks[name][0]} {words}" for name, words in words_of.items()),
             f"? unresolved{', x none holds' * (_NONE in cell_answers)}, ! {theories.lost}"
             + f", {_OUT_MARK} {_OUT_WORDS}" * out_of_range,
+            *_describe_cheaper_theories(applicability_map, theories, words_of),
         ],
     )
+
+
+def _describe_cheaper_theories(
+    applicability_map: ApplicabilityMap, theories: LawReadingView, words_of: Mapping[str, str]
+) -> list[str]:
+    """Footnote on cheaper theories that may hold; empty without one."""
+    cheaper_theories = [
+        find_cheaper_possible_theory(list_theory_answers(read_laws(cell, theories)), in_range=theories.in_range)
+        for cell in applicability_map.cells
+    ]
+    names = [theory.name for theory in cheaper_theories if theory.name]
+    words = " or ".join(words_of[name] for name in dict.fromkeys(names))
+    return [f"cells in which a cheaper one may hold: {len(names)} ({words})"] if names else []
 
 
 def _find_cheapest(judgements: Mapping[str, Judgement], theories: LawReadingView) -> TheoryAnswer:

@@ -7,12 +7,12 @@ from textwrap import fill
 from typing import Any
 
 from fecontact.case import RESOLUTIONS
-from fecontact.contact_theories.registry import HERTZ, THEORIES
+from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
 from fecontact.errors import describe_status, is_usable_status
 from fecontact.judging.lines import FILTER_LABEL
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
-from fecontact.outputs.records.asked import requested_record
+from fecontact.outputs.records.asked import elastic_record, requested_record
 from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
@@ -205,6 +205,7 @@ def deciding_text(record: Record) -> str:
     verdict = record["verdict"]
     side = "" if verdict["side"] == "both" else f", with the curvature of the {verdict['side']} side"
     variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
+    variants += f"; open because of the {verdict['open_because']}" if verdict["cause"] == PROFILE_CAUSE else ""
     cause = f"; cause: {verdict['cause']}" if verdict["cause"] else ""
     return f"{_decision_text(deciding_hertz(record), verdict)}{side}{cause}{variants}"
 
@@ -300,7 +301,19 @@ def cheapest_text(record: Record) -> str:
         f"{MEASURE_WORDS[measure].short} {MEASURE_WORDS[measure].deviation_text(judged_theory['deviation'][measure])}"
         for measure in ("p_max_MPa", "area_mm2")
     )
-    return f"{lead} ({deviations_text}; limit utilisation {judged_theory['limit_utilisation']:.2f})"
+    footnote = _describe_cheaper_theory(record, name)
+    return f"{lead} ({deviations_text}; limit utilisation {judged_theory['limit_utilisation']:.2f}){footnote}"
+
+
+def _describe_cheaper_theory(record: Record, cheapest_name: str) -> str:
+    """Text for the first cheaper theory that may hold; empty without one."""
+    for name, theory in judged_theories(record).items():
+        if name == cheapest_name:
+            break
+        answer = elastic_record(record)["verdict"]["answer"] if name == HERTZ else theory["verdict"]["answer"]
+        if name != HERTZ_GAUGE and answer == "UNRESOLVED":
+            return f"; {THEORIES[name].words} is cheaper and may hold"
+    return ""
 
 
 def cheapest_text_of_row(row: Record) -> str:
@@ -352,6 +365,15 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
     return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
 
 
+_ANY_PROFILE_REMEDY = "declare the filter length, or measure the profiles with less noise or closer points"
+# What decides a verdict that profile variants leave open, by the cause in the record.
+_PROFILE_REMEDIES = {
+    "filter": "declare the filter length that counts (--rail-filter-mm, --wheel-filter-mm)",
+    "nominal profile": "give the nominal profile, or none (--rail-nominal, --wheel-nominal)",
+    "noise": "measure the profiles with less noise or closer points",
+}
+
+
 def remedy_text(record: Record) -> str:
     """Remedy for an unresolved verdict: finer meshes, or better profiles.
 
@@ -372,9 +394,10 @@ def remedy_text(record: Record) -> str:
         return f"do not use this result: {describe_status(record)}"
     if record["verdict"]["cause"] == PROFILE_CAUSE:
         change = MEASURE_WORDS[measure].deviation_text(record["uncertainty_of_profile"][measure], size=True)
+        remedy = _PROFILE_REMEDIES.get(record["verdict"]["open_because"], _ANY_PROFILE_REMEDY)
         return (
-            f"finer meshes cannot decide: the deviation differs by {change} between the profile variants; give the"
-            " filter length, or measure the profiles with less noise or closer points"
+            f"finer meshes cannot decide: the deviation differs by {change} between the profile variants; to decide,"
+            f" {remedy}"
         )
     if (irreducible := _irreducible_uncertainty(record)) is not None:
         distance, irreducible_uncertainty = (

@@ -37,6 +37,7 @@ from fecontact.profiles.registration import (
 from fecontact.profiles.segments import Registration, SmoothingFrame, SmoothingResult
 from fecontact.profiles.smoothing import (
     FIRST_LOOK_POINTS,
+    PRACTICE_MIDDLE_MM,
     PRACTICE_MM,
     SECOND_LOOK_PROFILES,
     frame_on_chords,
@@ -490,15 +491,16 @@ def _describe_smoothing(measured: SmoothingResult, reading: Reading) -> str:
     # across the profile: along it, the points were only moved to their positions on the nominal profile
     largest = float(np.abs((measured.held.values * measured.held.normals).sum(axis=1)).max())
     subject = f"its deviation from {measured.nominal} (at most {largest:.2g} mm)" if measured.nominal else "the profile"
-    reason = "as given" if reading.filter_mm is not None else "chosen from the noise"
-    if not measured.nominal and reading.filter_mm is None and measured.filter_mm == PRACTICE_MM[0]:
-        reason = "the shortest usual length"
-    if measured.held.relative_filter is not None:
+    reason = "chosen from the noise"
+    if measured.is_filter_declared:
+        reason = "declared: verdicts count for this filter alone"
+    elif measured.filter_mm == PRACTICE_MIDDLE_MM:
+        reason = f"the middle of the usual {PRACTICE_MM[0]:g} to {PRACTICE_MM[1]:g} mm"
+    elif measured.held.relative_filter is not None:
         reason = f"chosen from the noise; down to {PRACTICE_MM[0]:g} mm where the profile is curved"
     middle = float(np.median(measured.curvature_noise_per_mm))
     return (
-        f"smoothed from {len(measured.points)} points with a noise of {1e3 * measured.noise_mm:.2g} um: {subject}, "
-        f"filter length {measured.filter_mm:.3g} mm ({reason}); this noise makes the curvature uncertain by"
-        f" {middle:.1g}"
-        " 1/mm"
+        f"smoothed from {len(measured.points)} points with a noise of {1e3 * measured.noise_mm:.2g} um:"
+        f" {subject}, filter length {measured.filter_mm:.3g} mm ({reason}); this noise makes the curvature uncertain by"
+        f" {middle:.1g} 1/mm"
     )

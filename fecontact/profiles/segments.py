@@ -582,6 +582,8 @@ class SmoothingResult:
         Wave length that the smoothing halves; in flat parts, if the filter follows the curvature.
     curvature_noise_per_mm : ndarray of shape (n,)
         Standard deviation of the curvature of the profile that the noise causes (1/mm).
+    is_filter_declared
+        Whether the filter length was given: then no other filter length counts.
     """
 
     held: SmoothingFrame
@@ -591,6 +593,7 @@ class SmoothingResult:
     correlated_noise_mm: Floats
     filter_mm: float
     curvature_noise_per_mm: Floats
+    is_filter_declared: bool = False
 
     @property
     def points(self) -> Floats:

@@ -33,6 +33,8 @@ from fecontact.profiles.smoothing_splines import fit_smoothing_spline, minimise_
 
 PRACTICE_MM = (4.0, 8.0)
 """Shortest and longest usual filter length of measured profiles (mm)."""
+PRACTICE_MIDDLE_MM = math.sqrt(PRACTICE_MM[0] * PRACTICE_MM[1])
+"""Geometric mean of the usual filter lengths (mm), 5.7 mm."""
 # Filter lengths for the deviation from a profile of the library. Longer waves cannot be distinguished from a rail's
 # head.
 _NARROWEST_MM, _WIDEST_MM, _FILTER_STEPS = 2.0, 60.0, 12
@@ -47,6 +49,8 @@ _FREEDOM_COST = 2.0
 _RUNNING_SLOPE, _DENT_RATIO = 0.4, 4.0
 _FEWEST_RUNNING = 40
 _PILOT_MM = 8.0
+# Least number of points that a filter length spans.
+_FEWEST_FILTERED = 4.0
 _PROBE_COUNT = 6
 _NOISE_DRAW_COUNT = 48
 SEED = 14
@@ -189,19 +193,22 @@ def smooth_frame(
 ) -> tuple[SmoothingResult, float]:
     """Smooth the deviations of points from their reference.
 
+    The score does not decide between the usual filter lengths: practice does. If it chooses one of them, the smoothing
+    has the middle of the usual lengths.
+
     Parameters
     ----------
     frame
         Points and their reference.
     filter_mm
-        Filter length (mm); None chooses it by the score.
+        Declared filter length (mm); None chooses it by the score.
     noise_mm
         Standard deviation of the noise (mm); None estimates it from the points.
 
     Returns
     -------
     measured, score
-        Smoothing, and the score of its filter. The least score is the best.
+        Smoothing, and the score of the chosen filter. The least score is the best.
     """
     fits = []
     # from the longest length downwards; each search begins at the positions of the search before
@@ -214,6 +221,12 @@ def smooth_frame(
             following_frame = replace(frame, relative_filter=_compute_relative_filter(frame, length))
             fits.append((following_frame, float(length), *fit_deviation(following_frame, length, noise_mm)))
     frame, length, residual, freedom, score = min(fits, key=lambda fit: fit[-1])
+    is_usual = filter_mm is None and is_usual_filter(frame, length)
+    if is_usual:
+        frame, length = slide_along_nominal(frame, PRACTICE_MIDDLE_MM), PRACTICE_MIDDLE_MM
+        residual, freedom, _ = fit_deviation(frame, length, noise_mm)
+    # of the usual filters some keep and some remove waves above the shortest length
+    waves = fit_deviation(frame, PRACTICE_MM[0], noise_mm)[0] if is_usual else residual
     inner = _limit_outliers(residual[select_running_part(frame)])
     scatter = math.sqrt(float((inner**2).mean()) / max(1.0 - freedom, 0.1)) if noise_mm is None else noise_mm
     measured = SmoothingResult(
@@ -221,13 +234,39 @@ def smooth_frame(
         residual_mm=residual,
         noise_mm=scatter,
         independent_noise_mm=estimate_noise_mm(frame.points) if noise_mm is None else noise_mm,
-        correlated_noise_mm=residual * (noise_mm is None),
+        # what a declared filter removes is not part of the profile
+        correlated_noise_mm=waves * (noise_mm is None and filter_mm is None),
         filter_mm=length,
+        is_filter_declared=filter_mm is not None,
         curvature_noise_per_mm=np.zeros(0),
     )
     draws = draw_noise(measured, [SEED], _NOISE_DRAW_COUNT)
     second_derivatives = fit_smoothing_spline(frame.s_mm, draws, length, frame.relative_filter)(frame.s_mm, 2)
     return replace(measured, curvature_noise_per_mm=np.sqrt((second_derivatives**2).mean(axis=1))), score
+
+
+def is_usual_filter(frame: SmoothingFrame, filter_mm: float) -> bool:
+    """Whether a filter has a constant usual length and spans enough points.
+
+    Parameters
+    ----------
+    frame
+        Points and their reference.
+    filter_mm
+        Filter length (mm).
+
+    Returns
+    -------
+    bool
+        Whether the length is within `PRACTICE_MM`, and the middle of these lengths spans at least four points.
+    """
+    low, high = PRACTICE_MM
+    is_resolved = _FEWEST_FILTERED * _measure_mean_spacing_mm(frame) <= PRACTICE_MIDDLE_MM
+    return frame.relative_filter is None and is_resolved and low - 1e-9 <= filter_mm <= high + 1e-9
+
+
+def _measure_mean_spacing_mm(frame: SmoothingFrame) -> float:
+    return float((frame.s_mm[-1] - frame.s_mm[0]) / (frame.s_mm.size - 1))
 
 
 def _list_filter_lengths(frame: SmoothingFrame) -> list[float]:
@@ -236,7 +275,7 @@ def _list_filter_lengths(frame: SmoothingFrame) -> list[float]:
     Deviations from a nominal profile have a wider range of lengths.
     """
     low, high = (_NARROWEST_MM, _WIDEST_MM) if frame.reference else PRACTICE_MM
-    low = max(low, 4.0 * (frame.s_mm[-1] - frame.s_mm[0]) / (frame.s_mm.size - 1))
+    low = max(low, _FEWEST_FILTERED * _measure_mean_spacing_mm(frame))
     return [float(length) for length in np.geomspace(low, max(low, high), _FILTER_STEPS if frame.reference else 5)]
 
 

@@ -10,7 +10,14 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, InputError
-from fecontact.judging.lines import FILTER_LABEL, NOISE_LABEL, ProfileVariants, VariantResult, is_noise_sample
+from fecontact.judging.lines import (
+    FILTER_LABEL,
+    NOISE_LABEL,
+    ProfileVariants,
+    VariantResult,
+    is_noise_sample,
+    read_filter_mm,
+)
 from fecontact.judging.lobes import judge_profile_variant
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
@@ -110,7 +117,7 @@ def _evaluate_variants(
     rail, wheel = placement.rail.profile, placement.wheel.profile
     rails, wheels = list_profile_variants(rail), list_profile_variants(wheel)
     labels = dict.fromkeys([*rails, *wheels])
-    reference_label = _reference_label(rail, wheel)
+    reference_label = join_reference_labels(label_reference(rail), label_reference(wheel))
 
     def evaluate_variant(label: str) -> Value | None:
         try:
@@ -125,14 +132,27 @@ def _evaluate_variants(
     )
 
 
-def _reference_label(rail: Profile, wheel: Profile) -> str:
-    """Label of the reference variant: its filter if rail and wheel have equal filters."""
-    labels = {
-        _filter_label(profile.measured.filter_mm, profile.measured.nominal)
-        for profile in (rail, wheel)
-        if profile.measured is not None
-    }
-    return labels.pop() if len(labels) == 1 else REFERENCE_LABEL
+def label_reference(profile: Profile) -> str:
+    """Label of the reference variant of a profile; empty without smoothing."""
+    return "" if profile.measured is None else _filter_label(profile.measured.filter_mm, profile.measured.nominal)
+
+
+def join_reference_labels(*labels: str) -> str:
+    """Label of the reference variant of a pair: its filter if the lengths are equal.
+
+    Parameters
+    ----------
+    *labels
+        Labels of the reference variants of rail and wheel; empty for a profile that is not smoothed.
+
+    Returns
+    -------
+    str
+        Label.
+    """
+    different_labels = sorted({*labels} - {""})
+    lengths = {read_filter_mm(label) for label in different_labels}
+    return ", ".join(different_labels) if len(lengths) == 1 else REFERENCE_LABEL
 
 
 def _filter_label(filter_mm: float, nominal: str) -> str:

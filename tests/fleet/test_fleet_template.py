@@ -14,7 +14,6 @@ EXPECTED = """\
 # Example of a fleet: worn copies of library profiles with noise.
 seed = 3
 theory = "strip"
-filters_mm = [4, 8]
 
 [wheels]
 files = "wheels.csv"
@@ -41,13 +40,12 @@ def test_the_example_has_the_text_of_each_default(tmp_path):
 def test_a_changed_default_changes_the_example(tmp_path):
     package = copied(tmp_path) / "fecontact"
     model = package / "features" / "fleet" / "model.py"
-    replace_default(model, "(4.0, 8.0),", "(5.0, 7.5),")
     replace_default(model, 'choice_field("strip",', 'choice_field("half_space",')
     replace_default(package / "case.py", "math.atan(1.0 / 40.0)", "math.atan(1.0 / 20.0)")
     process = python(tmp_path, "-m", "fecontact", "fleet", "examples", "own", "--wheels", "1", "--rails", "1")
     assert process.returncode == 0, process.stderr
     text = (tmp_path / "own" / "fleet.toml").read_text("utf-8")
-    for line in ('theory = "half_space"', "filters_mm = [5, 7.5]", 'inclination = "1:20"'):
+    for line in ('theory = "half_space"', 'inclination = "1:20"'):
         assert f"\n{line}\n" in text
 
 

@@ -55,14 +55,14 @@ def run(path: Path):
 )
 def test_a_file_that_the_machine_could_not_read_is_not_a_refused_file(path, monkeypatch, capsys, error, reason):
     """Exit code 3; the next run reads the file."""
-    read_variants = reading.ReadingProfile._read_variants
+    resolve_profile = reading._resolve_profile
 
-    def fail(self):
-        if self.spec == "S1002":
+    def fail(body, spec, options):
+        if spec == "S1002":
             raise error
-        return read_variants(self)
+        return resolve_profile(body, spec, options)
 
-    monkeypatch.setattr(reading.ReadingProfile, "_read_variants", fail)
+    monkeypatch.setattr(reading, "_resolve_profile", fail)
     out = path.with_name("out")
     with stand_ins(inline_crew(), None, ""):
         assert call(["fleet", "run", str(path), "--out", str(out)]) == 3
@@ -89,14 +89,14 @@ def test_a_file_that_changes_while_it_is_refused_is_not_refused_for_good(path, t
     bad = tmp_path / "bad.csv"
     bad.write_text("nothing to see\n", "utf-8")
     path.write_text(FLEET.replace("EN13715_1in40", "bad.csv"), "utf-8")
-    read_variants = reading.ReadingProfile._read_variants
+    resolve_profile = reading._resolve_profile
 
-    def change(self):
-        if self.spec == str(bad):
+    def change(body, spec, options):
+        if spec == str(bad):
             bad.write_text("half of a file", "utf-8")
-        return read_variants(self)
+        return resolve_profile(body, spec, options)
 
-    monkeypatch.setattr(reading.ReadingProfile, "_read_variants", change)
+    monkeypatch.setattr(reading, "_resolve_profile", change)
     assert "changed while it was read" in run(path).unread["wheel bad"]
 
 

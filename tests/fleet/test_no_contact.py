@@ -131,7 +131,7 @@ def test_tables_without_the_new_columns_are_read(fleet):
 def screen(wheel: str, shifts, loads=(60.0, 100.0), **inputs) -> list[dict]:
     """Rows of a pair of the library on 60E1."""
     stored = {
-        body: StoredProfile(body=body, spec=spec, reading=Reading(), folder=None, filters_mm=())
+        body: StoredProfile(body=body, spec=spec, reading=Reading(), folder=None, labels=())
         for body, spec in (("wheel", wheel), ("rail", "60E1"))
     }
     case = Case(wheel=wheel, rail="60E1", **inputs)

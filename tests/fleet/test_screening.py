@@ -28,12 +28,12 @@ from fecontact.errors import ConvergenceError, InputError, ProgramError
 from fecontact.features.fleet import pair_jobs, reading, running, screening
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
-from fecontact.features.fleet.population import find_candidates
+from fecontact.features.fleet.population import Candidate, find_candidates
 from fecontact.features.fleet.profile_files import mark_unusable, select_reading
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile
-from fecontact.features.fleet.report import write_report
+from fecontact.features.fleet.report import explain_answer, write_report
 from fecontact.features.fleet.screened_position import STRIP_UNCERTAINTY, make_position_row, screen_variant
-from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS
+from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, MEASURE_COLUMNS
 from fecontact.judging.measures import compare_theories, compute_deviations
 from fecontact.profiles.examples import write_examples
 from fecontact.profiles.library import load_library_profile
@@ -43,6 +43,7 @@ from fecontact.profiles.writers import sample_points
 from fecontact.solving.alone import compute_normal_force
 from fecontact.solving.placing import make_wheelset, place_case
 from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.profile_variants import judge_case_variants, label_reference, list_profile_variants
 
 ROOT = Path(__file__).parents[2]
 FLEET = """
@@ -102,8 +103,11 @@ def test_a_row_a_position_with_weights_that_sum_to_one(fleet):
     assert by_verdict == pytest.approx(dict(fleet[1].verdicts))
     # exact lines are one, points allow the lines of both filters
     lines = rows.groupby(["wheel", "rail"])["lines"].first().to_dict()
-    assert lines == {("S1002", "60E1"): 1, ("S1002", "rail"): 2, ("wheel", "60E1"): 2, ("wheel", "rail"): 2}
-    assert set(rows.loc[rows["lines"] == 2, "verdict"]) <= {"HOLDS", "FAILS", "OPEN"}
+    assert lines.pop(("S1002", "60E1")) == 1
+    assert min(lines.values()) >= 7
+    assert set(rows.loc[rows["lines"] > 1, "verdict"]) <= {"HOLDS", "FAILS", "OPEN"}
+    assert set(rows["open_because"].dropna()) <= {"filter", "nominal profile", "noise", "accuracy of the screen"}
+    assert list(rows["open_because"].isna()) == [verdict != "OPEN" for verdict in rows["verdict"]]
     for row in rows.itertuples():
         assert (row.verdict == "HOLDS") == (row.variants_holding == row.lines)
 
@@ -198,16 +202,20 @@ def test_kept_lines_are_those_that_were_smoothed_to_the_last_bit(tmp_path):
     for path, body in zip(files, ("rail", "wheel"), strict=True):
         folder = tmp_path / body
         folder.mkdir()
-        settings = {"body": body, "spec": str(path), "reading": Reading(), "filters_mm": (4.0, 8.0)}
+        settings = {"body": body, "spec": str(path), "reading": Reading()}
         ReadingProfile(**settings, content_hash="")(folder, None)
-        kept_lines = StoredProfile(**settings, folder=folder)
-        for filter_mm in (4.0, 8.0):
-            how = Reading(filter_mm=filter_mm)
-            line = resolve_rail(str(path), how) if body == "rail" else resolve_wheel(str(path), how).profile
+        labels = tuple(label for label, *_ in reading.read_record(folder)["lines"])
+        kept_lines = StoredProfile(**settings, folder=folder, labels=labels)
+        reference = resolve_rail(str(path)) if body == "rail" else resolve_wheel(str(path)).profile
+        lines = {label_reference(reference): reference} | list_profile_variants(reference)
+        assert labels == tuple(lines)
+        for label, line in lines.items():
             u = np.linspace(0.0, len(line.segments), 500)
             for name in ("y", "z", "dy", "dz", "ddz"):
-                values, expected = (getattr(kind.evaluate(u), name) for kind in (kept_lines.line(filter_mm), line))
-                assert np.array_equal(values, expected), (body, filter_mm, name)
+                values, expected = (getattr(kind.evaluate(u), name) for kind in (kept_lines.variant(label), line))
+                assert np.array_equal(values, expected), (body, label, name)
+        # of a label of the other profile alone the reference variant is used
+        assert kept_lines.variant("filter 99 mm") is kept_lines.variant(labels[0])
 
 
 def counted(monkeypatch):
@@ -269,7 +277,8 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
     assert "3 of 6 files could not be read; 1 of 6 files are suspicious" in outcome.headline
     assert outcome.pairs == 1
     assert 7.0 < profiles.loc["wheel", "noise_um"] < 9.0
-    assert profiles.loc["wheel", "filter_mm"] == "4, 8"
+    # its noise asks for more than the usual filters
+    assert profiles.loc["wheel", "filter_mm"] == "12.8, 9.04, 18.1"
     (junk / "wheel.csv").unlink()
     with pytest.raises(InputError, match="no file could be used"):
         run(path, tmp_path / "out")
@@ -372,18 +381,73 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     line = screen_variant(case, place_case(case), "strip")
     # the same contact with a limit between both deviations: it holds on one line and fails on the other
     far = replace(line, off=lambda theory: {**line.off(theory), "p_max_MPa": 0.2})
-    assert make_position_row([line, line])["verdict"] == "HOLDS"
-    row = make_position_row([line, far])
-    assert (row["verdict"], row["cause"], row["variants_holding"], row["cheapest_theory"]) == (
-        "OPEN",
-        "profile",
-        1,
-        "OPEN",
-    )
+    middle, short, long, noise = "filter 5.66 mm", "filter 4 mm", "filter 8 mm", "noise 1"
+    row = make_position_row({middle: line, long: line})
+    assert (row["verdict"], row["open_because"], row["cheaper_possible_theory"]) == ("HOLDS", None, None)
+    row = make_position_row({middle: line, short: line, long: far})
+    # the theory of the screening is known to hold, and Hertz may
+    assert (row["verdict"], row["cause"], row["variants_holding"]) == ("OPEN", "profile", 2)
+    assert (row["cheapest_theory"], row["cheaper_possible_theory"]) == ("strip", "hertz")
+    assert row["open_because"] == "filter"
+    assert [row[column] for column in FILTER_COLUMNS] == ["HOLDS", "HOLDS", "FAILS"]
     assert row["p_max_uncertainty_percent"] == pytest.approx(abs(20.0 - row["p_max_percent"]) + 0.5, abs=1e-6)
-    assert make_position_row([far, far])["verdict"] == "FAILS"
-    assert make_position_row([far, far])["margin"] == pytest.approx((0.05 - 0.2) / 0.005)
-    assert make_position_row([far, line])["variants_holding"] == 1
+    # a noise sample counts with each filter
+    row = make_position_row({middle: line, short: far, long: line, noise: far})
+    assert [row[column] for column in FILTER_COLUMNS] == ["FAILS", "OPEN", "OPEN"]
+    row = make_position_row({middle: line, short: line, long: line, noise: far})
+    assert (row["verdict"], row["open_because"]) == ("OPEN", "noise")
+    # a declared filter is the only one
+    row = make_position_row({long: line, noise: line})
+    assert [row[column] for column in FILTER_COLUMNS] == [None, None, "HOLDS"]
+    # exact profiles, and profiles whose noise asks for longer filters, have no usual filter
+    row = make_position_row({"own line": far})
+    assert (row["verdict"], row["margin"]) == ("FAILS", pytest.approx((0.05 - 0.2) / 0.005))
+    assert [row[column] for column in FILTER_COLUMNS] == ["FAILS"] * 3
+    row = make_position_row({"filter 12 mm": line, "filter 17 mm": far})
+    assert [row[column] for column in FILTER_COLUMNS] == ["OPEN"] * 3
+    # a variant without a contact leaves the position open
+    row = make_position_row({middle: line, long: None})
+    assert (row["verdict"], row["open_because"], row["variants_holding"], row["lines"]) == ("OPEN", "filter", 1, 2)
+
+
+def test_a_sample_has_the_variants_of_its_screen(fleet):
+    """The case of a position is judged on the variants of its row."""
+    opened = fecontact.open_fleet(fleet[1].out)
+    rows = screened(fleet[1].out).query("shift_mm == 3 and load_kN == 60")
+    for row in rows.itertuples():
+        case = opened.case(row.wheel, row.rail, 3.0, 60.0)
+        variants = judge_case_variants(case, place_case(case))
+        assert row.lines == (1 if variants is None else len(variants.all))
+
+
+def test_shares_of_each_filter_and_of_open_positions_are_sums_of_weights(fleet):
+    rows, answer = screened(fleet[1].out), evaluate_fleet(fleet[1].out)
+    assert [share["filter_mm"] for share in answer.filters] == pytest.approx([*FILTER_COLUMNS.values()])
+    for share, column in zip(answer.filters, FILTER_COLUMNS, strict=True):
+        for name in ("holds", "fails", "open"):
+            expected = rows.loc[rows[column] == name.upper(), "weight"].sum()
+            assert (share[name] or 0.0) == pytest.approx(expected, abs=1e-12)
+    expected = rows.groupby("open_because")["weight"].sum().to_dict()
+    assert {row["value"]: row["share"] for row in answer.open_causes} == pytest.approx(expected)
+
+
+def test_a_declared_filter_of_a_fleet_is_the_only_one(tmp_path):
+    path = file_of(tmp_path)
+    path.write_text("filter_mm = 8\n" + path.read_text())
+    out = run(path, tmp_path / "out").out
+    profiles = duckdb.sql(f"select * from '{out}/profiles.parquet' where file like '%csv'").df()
+    assert [*profiles["filter_mm"]] == ["8", "8"]
+    case = fecontact.open_fleet(out).case("wheel", "rail", 3.0, 60.0)
+    assert (case.wheel_file.filter_mm, case.rail_file.filter_mm) == (8.0, 8.0)
+    rows = screened(out).query("wheel == 'wheel'")
+    assert evaluate_fleet(out).filters == []
+    assert any("declared filter of 8 mm" in sentence for sentence in explain_answer(evaluate_fleet(out)))
+    assert rows["filter_4_mm"].isna().all()
+    assert rows["filter_8_mm"].equals(rows["verdict"])
+    # a filter in the options of a body counts before it
+    path.write_text(path.read_text() + "[case.rail_file]\nfilter_mm = 6\n")
+    candidate = Candidate(body="rail", name="rail", spec="rail.csv", known={})
+    assert select_reading(read_fleet(path), candidate).filter_mm == 6.0
 
 
 def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
@@ -391,8 +455,8 @@ def test_a_screened_fleet_gives_the_cases_of_its_positions(fleet):
     case = opened.case("wheel", "60E1", 3.0, 100.0)
     assert (case.rail, case.load_N, case.lateral_shift_mm) == ("60E1", 100e3, 3.0)
     row = screened(fleet[1].out).query("wheel == 'wheel' and rail == '60E1' and shift_mm == 3 and load_kN == 100")
-    # the first line of the screen
-    placement = place_case(replace(case, wheel_file=Reading(filter_mm=4.0)))
+    # on the reference variant
+    placement = place_case(case)
     assert placement.first.rail_y_mm == pytest.approx(row["place_y_mm"].item(), abs=1e-6)
     with pytest.raises(InputError, match="fleet run"):
         fecontact.open_fleet(fleet[0].parent)

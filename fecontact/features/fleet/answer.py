@@ -24,7 +24,7 @@ from fecontact.features.fleet.estimate import (
     find_share_bounds,
 )
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
-from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED
+from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     FLEET_RECORD,
     check_sample,
@@ -162,13 +162,14 @@ class FleetAnswer:
     cells
         Shares by the screening at each shift and load.
     causes, theories
-        Shares of all contacts, by the cause for which Hertz fails or is unresolved, and by the cheapest theory that
-        holds.
+        Shares of all contacts, by the cause for which Hertz fails or is unresolved, and by the cheapest theory that is
+        known to hold.
     refusals
         Positions without a verdict by the kind of reason, as shares of all positions.
     open_causes
-        Shares of all contacts that are unresolved, by the change that would decide them; empty if the screening does
-        not state it.
+        Shares of all contacts that are unresolved, by the change that would decide them.
+    filters
+        Shares of all contacts by verdict, for each usual filter if it were declared; empty with a declared filter.
     worst
         Pairs with the smallest share, each with its worst position.
     strata
@@ -188,6 +189,7 @@ class FleetAnswer:
     theories: Sequence[Record]
     refusals: Sequence[Record]
     open_causes: Sequence[Record]
+    filters: Sequence[Record]
     worst: Sequence[Record]
     strata: Sequence[Record]
     files: Sequence[Record]
@@ -228,7 +230,8 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
             causes=_query_shares_by(tables, _CAUSE_WITHOUT_NUMBERS, f"verdict IN ('{FAILS}', '{OPEN}')"),
             theories=_query_shares_by(tables, "cheapest_theory", f"verdict <> '{REFUSED}'"),
             refusals=query_rows(tables, _REFUSALS),
-            open_causes=_query_shares_by(tables, "open_because", "open_because IS NOT NULL"),
+            open_causes=_query_shares_by(tables, "open_because", f"verdict = '{OPEN}'"),
+            filters=_query_shares_by_filter(tables),
             worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
             files=query_rows(tables, _FILES),
@@ -534,6 +537,25 @@ _REFUSALS = f"""
            arg_min(reason, position) AS reason
     FROM (SELECT *, row({POSITION_COLUMNS}) AS position FROM placed WHERE verdict IN ('{NO_CONTACT}', '{REFUSED}'))
     GROUP BY verdict, kind ORDER BY verdict, share DESC, kind"""
+
+
+def _query_shares_by_filter(tables: DuckDBPyConnection) -> list[Record]:
+    """Shares by verdict for each usual filter if it were declared; empty for a fleet with a declared filter."""
+    counts = ", ".join(f"count({column}) FILTER (lines > 1) AS {column}" for column in FILTER_COLUMNS)
+    (counts_by_column,) = query_rows(tables, f"SELECT {counts} FROM screen")
+    if not all(counts_by_column.values()):
+        return []
+    return [
+        row
+        for column, length in FILTER_COLUMNS.items()
+        for row in query_rows(
+            tables,
+            f"SELECT {length}::DOUBLE AS filter_mm, {_SHARES_SQL}"
+            f" FROM (SELECT weight, coalesce({column}, verdict) AS verdict FROM screen)",
+        )
+    ]
+
+
 _WORST_PAIRS = f"""
     SELECT wheel, rail, count(*) AS positions, {_SHARES_SQL}, min(margin) AS margin,
            arg_min(shift_mm, place) AS shift_mm, arg_min(load_kN, place) AS load_kN, arg_min(cause, place) AS cause

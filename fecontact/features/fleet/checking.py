@@ -48,6 +48,10 @@ _FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 0.6, 0.1, 0.02, 
 _SAMPLE_MB = (5.0, 7.5)
 
 
+# Number of profile variants of a file without effective noise: the middle and both ends of the usual filters.
+_USUAL_VARIANTS = 3
+
+
 @dataclass(frozen=True, kw_only=True)
 class FleetCost:
     """Size and cost of a fleet, without reading its files.
@@ -128,7 +132,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
             raise InputError(f"[{body}s]: no file can be read; first reason: {reason}; correct the list of files")
     known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
     pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
-    positions, variants = len(definition.positions), len(definition.filters_mm)
+    positions, variants = len(definition.positions), _USUAL_VARIANTS if definition.filter_mm is None else 1
     pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
     files = sum(map(len, weights.values()))
     return FleetCost(

@@ -25,7 +25,6 @@ _MOST_PROFILES = 10_000
 # Half-width about the tape circle in which the height of a wheel is read.
 _TREAD_MM = 5.0
 _FLEET_TEMPLATE = """theory = ${theory}
-filters_mm = ${filters_mm}
 
 [wheels]
 files = "wheels.csv"

@@ -201,14 +201,13 @@ class FleetSettings:
 
     seed: float = number_field(1.0, "Seed of random draws", low=0.0, high=2**53, remedy="give a whole number")
     theory: ScreeningTheory = choice_field("strip", "Theory of the screen", ("strip", "half_space"))
-    filters_mm: Any = custom_field(
-        (4.0, 8.0),
-        "Filter lengths; each gives a variant of every measured profile",
-        domain="numbers",
-        words="at least two different lengths of up to 1000 mm, such as [4, 8]",
-        holds=lambda value: (
-            _is_numbers(value) and len({*map(float, value)}) > 1 and all(0.0 < length <= 1000.0 for length in value)
-        ),
+    filter_mm: float | None = number_field(
+        None,
+        "Declared filter length, which alone counts; if not given, every measured profile has the filters of a case",
+        label="filter length",
+        high=1000.0,
+        inclusive=False,
+        remedy="4 to 8 mm is usual; leave it out to judge all usual filters",
     )
 
 
@@ -232,8 +231,8 @@ class Fleet:
         Everything but profiles, shift and load.
     theory
         Theory of the screening.
-    filters_mm
-        Wave lengths over which measured points are smoothed, increasing.
+    filter_mm
+        Declared filter length in mm, which alone counts; None for the filters of a case.
     seed
         Seed of random draws.
     """
@@ -246,7 +245,7 @@ class Fleet:
     positions_table: str | None
     case: Case
     theory: ScreeningTheory
-    filters_mm: tuple[float, ...]
+    filter_mm: float | None
     seed: int
 
     @property
@@ -335,7 +334,7 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
         positions_table=tables_read["positions"].table if "positions" in tables_read else None,
         case=case,
         theory=values.theory,
-        filters_mm=tuple(sorted(set(map(float, values.filters_mm)))),
+        filter_mm=values.filter_mm,
         seed=int(values.seed),
     )
 

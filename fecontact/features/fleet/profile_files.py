@@ -66,7 +66,7 @@ class ReadProfile:
         the reader, dimensions of the flange (mm), then the inputs and the metadata of its row in a table.
         """
         candidate, record = self.candidate, self.record
-        filters = ", ".join(f"{value:g}" for value in self.stored.filters_mm) if self.stored else ""
+        filters = ", ".join(dict.fromkeys(f"{length:.3g}" for _, length, *_ in record.get("lines", ())))
         columns = {
             **{
                 "body": candidate.body,
@@ -153,7 +153,7 @@ def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
 
 
 def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
-    """Reading options of a profile: the options of its row in a table, then the options of the fleet.
+    """Reading options of a profile: those of its row in a table, then those of the body, then the fleet's filter.
 
     Parameters
     ----------
@@ -168,6 +168,8 @@ def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
         Options of reading this file.
     """
     reading = fleet.case.wheel_file if candidate.body == "wheel" else fleet.case.rail_file
+    if reading.filter_mm is None and fleet.filter_mm is not None:
+        reading = replace(reading, filter_mm=fleet.filter_mm)
     reading = replace(reading, **select_reading_values(candidate.known))
     # a head is used as it is: it is not mirrored
     if candidate.body == "rail" and candidate.known.get(ACCEPTED_COLUMN) and reading.mirror is None:
@@ -205,7 +207,6 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
             spec=candidate.spec,
             content_hash=candidate.content_hash,
             reading=reading,
-            filters_mm=fleet.filters_mm,
             gauge_depth_mm=gauge_depth_mm,
         )
         # the file suffix determines how the content is read
@@ -214,7 +215,6 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
             candidate.content_hash or candidate.spec,
             Path(candidate.spec).suffix.lower(),
             repr(reading),
-            fleet.filters_mm,
             gauge_depth_mm,
         )
         job_ids.append("" if candidate.problem else digest_json(identity)[:20])
@@ -257,8 +257,8 @@ def _collect_profile(
     record = judge_profile(fleet, candidate, outcome.value)
     if record["status"] != READ:
         return ReadProfile(candidate=candidate, record=record)
-    filters = work.filters_mm if outcome.value["measured"] else ()
+    labels = tuple(label for label, *_ in outcome.value.get("lines", ()))
     stored = StoredProfile(
-        body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), filters_mm=filters
+        body=candidate.body, spec=candidate.spec, reading=work.reading, folder=folder.absolute(), labels=labels
     )
     return ReadProfile(candidate=candidate, record=record, stored=stored)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, cast
@@ -22,24 +22,22 @@ from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import WorkResult
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.flange import measure_flange
-from fecontact.profiles.library import is_library_name, load_library_profile
+from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.plausibility import find_suspicions
-from fecontact.profiles.points import check_points, is_exact
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.recognition import fit_profile
-from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Registration, SmoothingFrame
 from fecontact.profiles.suspicions import Suspicion, SuspiciousProfileError
 from fecontact.profiles.variants import build_smoothed_segments
 from fecontact.runs.identity import digest_json
 from fecontact.runs.sources import read_digests
+from fecontact.solving.profile_variants import label_reference, list_profile_variants
 
 _RECORD_FILE, _VARIANTS_FILE = "profile.json", "lines.npz"
-TILE_SIZE = 16
+TILE_SIZE = 8
 """Number of wheels, and of rails, that are screened at a time."""
-# Number of profile variants in the memory of a worker: two of each profile. A variant has 1 MB with its tables.
-_CACHED_VARIANTS = 4 * TILE_SIZE + 4
-_FEWEST_POINTS = 20
+# Number of profile variants in the memory of a worker: up to eight of each profile. A variant has 1 MB with its tables.
+_CACHED_VARIANTS = 16 * TILE_SIZE + 4
 # Modules of this folder that determine the result of a file or a pair.
 _SOURCES = ("reading.py", "screening.py", "screened_position.py", "screening_rows.py")
 
@@ -71,48 +69,55 @@ class StoredProfile:
         Wheel or rail, file or name in the library, and reading options.
     folder
         Folder of the stored variants.
-    filters_mm
-        Wave lengths of its smoothed variants; empty for an exact profile.
+    labels
+        Labels of its smoothed variants, with the reference variant first; empty for a profile that is not smoothed.
     """
 
     body: Body
     spec: str
     reading: Reading
     folder: Path
-    filters_mm: tuple[float, ...]
+    labels: tuple[str, ...]
 
-    def line(self, filter_mm: float) -> Profile:
-        """The profile variant smoothed over a wave length in mm.
+    @property
+    def reference_label(self) -> str:
+        """Label of the reference variant; empty for a profile that is not smoothed."""
+        return self.labels[0] if self.labels else ""
 
-        An exact profile is returned for any wave length.
+    @property
+    def other_labels(self) -> tuple[str, ...]:
+        """Labels of the variants besides the reference variant."""
+        return self.labels[1:] if self.labels else tuple(list_profile_variants(_read_variant(self, "")))
+
+    def variant(self, label: str) -> Profile:
+        """Profile variant with a label.
 
         Parameters
         ----------
-        filter_mm
-            Smoothed wave length in mm.
+        label
+            Label of a variant of this profile or of the other profile of a pair.
 
         Returns
         -------
         Profile
-            The profile variant.
+            The profile variant; the reference variant if the profile has no variant with this label.
         """
-        return _read_variant(self, filter_mm if self.filters_mm else 0.0)
+        return _read_variant(self, label if label in self.other_labels else self.reference_label)
 
 
 @lru_cache(maxsize=_CACHED_VARIANTS)
-def _read_variant(profile: StoredProfile, filter_mm: float) -> Profile:
+def _read_variant(profile: StoredProfile, label: str) -> Profile:
     """Profile variant of a stored profile, read from its folder.
 
-    `filter_mm` is a filter length of the stored profile. Exact profiles have no filter lengths, and are resolved from
-    their specification.
+    A profile that is not smoothed is resolved from its specification.
     """
-    if not profile.filters_mm:
-        return _resolve_exact(profile.body, profile.spec, profile.reading)
-    record = read_json(profile.folder / _RECORD_FILE)
+    if not profile.labels:
+        resolved = _resolve_profile(profile.body, profile.spec, profile.reading)
+        return list_profile_variants(resolved)[label] if label else resolved
+    record, index = read_json(profile.folder / _RECORD_FILE), profile.labels.index(label)
     with np.load(profile.folder / _VARIANTS_FILE, allow_pickle=False) as stored:
-        index = profile.filters_mm.index(filter_mm)
         s_mm, values, relative = (stored[f"{name}{index}"] for name in ("s", "values", "relative"))
-    nominal, turn, shift = record["lines"][index]
+    _, filter_mm, nominal, turn, shift = record["lines"][index]
     smoothed = SmoothingFrame(
         points=np.empty((0, 2)),
         s_mm=s_mm,
@@ -132,14 +137,14 @@ def _read_variant(profile: StoredProfile, filter_mm: float) -> Profile:
     )
 
 
-def _resolve_exact(body: Body, spec: str, reading: Reading) -> Profile:
-    """Exact profile of a file or a name of the library."""
+def _resolve_profile(body: Body, spec: str, reading: Reading) -> Profile:
+    """Profile of a file or a name of the library, as a case has it."""
     return resolve_rail(spec, reading) if body == "rail" else resolve_wheel(spec, reading).profile
 
 
 @dataclass(frozen=True, kw_only=True)
 class ReadingProfile:
-    """Job of a worker: read a file, smooth it over each wave length, and store the variants or the refusal.
+    """Job of a worker: read a file, and store its variants or its refusal.
 
     Attributes
     ----------
@@ -149,8 +154,6 @@ class ReadingProfile:
         SHA-256 of the file; empty without a check.
     reading
         Reading options.
-    filters_mm
-        Wave lengths of the variants.
     gauge_depth_mm
         Depth below the top of a rail to which its gauge side is needed; 0 if the gauge is not used.
     """
@@ -159,7 +162,6 @@ class ReadingProfile:
     spec: str
     content_hash: str
     reading: Reading
-    filters_mm: tuple[float, ...]
     gauge_depth_mm: float = 0.0
 
     def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
@@ -185,7 +187,7 @@ class ReadingProfile:
             If the memory does not suffice.
         """
         try:
-            variants = self._read_variants()
+            profile = _resolve_profile(self.body, self.spec, self.reading)
         except MemoryShortageError:
             raise
         except InputError as error:
@@ -197,10 +199,13 @@ class ReadingProfile:
             write_json(folder / _RECORD_FILE, record)
             return WorkResult()
         self._refuse_changed_file()
-        suspicions = find_suspicions(variants[0], self.reading, self.gauge_depth_mm)
-        write_json(folder / _RECORD_FILE, {**_make_record(variants), "suspicions": list(map(asdict, suspicions))})
-        if variants[0].measured is not None:
-            _store_variants(variants, folder / _VARIANTS_FILE)
+        variants = {} if profile.measured is None else {label_reference(profile): profile}
+        variants |= list_profile_variants(profile) if variants else {}
+        suspicions = find_suspicions(profile, self.reading, self.gauge_depth_mm)
+        record = _make_record(profile, variants) | {"suspicions": list(map(asdict, suspicions))}
+        write_json(folder / _RECORD_FILE, record)
+        if variants:
+            _store_variants([*variants.values()], folder / _VARIANTS_FILE)
         return WorkResult()
 
     def _refuse_changed_file(self) -> None:
@@ -208,51 +213,33 @@ class ReadingProfile:
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
 
-    def _read_variants(self) -> list[Profile]:
-        """Variants of the profile, in the order of the wave lengths.
 
-        A profile of the library, of exact segments or of few or exact points has a single variant.
-        """
-        exact_reading = replace(self.reading, filter_mm=0.0)
-        if is_library_name(self.spec):
-            return [_resolve_exact(self.body, self.spec, self.reading)]
-        content = read_profile_content(self.spec, self.body, self.reading)
-        if isinstance(content, Profile):
-            return [content]
-        if (
-            self.reading.filter_mm == 0.0
-            or len(content.points) < _FEWEST_POINTS
-            or is_exact(check_points(content, exact_reading).points)
-        ):
-            return [fit_profile(content, exact_reading)]
-        return [fit_profile(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
-
-
-def _make_record(variants: list[Profile]) -> dict[str, Any]:
+def _make_record(profile: Profile, variants: Mapping[str, Profile]) -> dict[str, Any]:
     """Record of a profile that was read.
 
     It has notes, dimensions of the flange in mm, noise in um, wear in mm, and the registration of each variant.
     """
-    measured = variants[0].measured
-    record: dict[str, Any] = {"status": "read", "name": variants[0].name, "measured": measured is not None}
-    record["notes"] = list(variants[0].notes)
-    if flange := measure_flange(variants[0]):
+    measured = profile.measured
+    record: dict[str, Any] = {"status": "read", "name": profile.name, "measured": measured is not None}
+    record["notes"] = list(profile.notes)
+    if flange := measure_flange(profile):
         record["flange"] = asdict(flange)
     if measured is None:
         return record
     wear = float(np.hypot(*measured.held.values.T).max()) if measured.nominal else None
-    registrations = []
-    for profile in variants:
-        assert profile.measured is not None
-        smoothed = profile.measured.held
-        registrations.append((smoothed.nominal, smoothed.registration.turn_rad, smoothed.registration.shift))
+    lines = []
+    for label, variant in variants.items():
+        assert variant.measured is not None
+        smoothed = variant.measured.held
+        registration = smoothed.registration
+        lines.append((label, variant.measured.filter_mm, smoothed.nominal, registration.turn_rad, registration.shift))
     return {
         **record,
         "noise_um": 1e3 * measured.noise_mm,
         "nominal": measured.nominal,
         "wear_mm": wear,
-        "lines": registrations,
-        "gauge_side_end_mm": variants[0].gauge_side_end_mm,
+        "lines": lines,
+        "gauge_side_end_mm": profile.gauge_side_end_mm,
     }
 
 

@@ -20,6 +20,7 @@ from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse
 from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
+from fecontact.judging.lines import OPEN_CAUSES
 from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.flat_records import Record
@@ -169,6 +170,13 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
     """
     population, about = answer.whole, answer.about
     yield f"Population: {about.get('population', 'as in fleet.toml')}; {count_text(population.positions, 'position')}."
+    if about.get("filter_mm") is not None:
+        yield f"Measured profiles have the declared filter of {about['filter_mm']:g} mm; no other filter was judged."
+    if answer.filters:
+        shares = ", ".join(
+            f"{format_percent(row['holds'] or 0.0)} % with {row['filter_mm']:.1f} mm" for row in answer.filters
+        )
+        yield f"If one filter were declared, Hertz would hold by the screen in {shares}."
     low, high = (format_percent(bound) for bound in population.bounds)
     if population.drawn:
         yield (
@@ -221,7 +229,10 @@ def write_report(
     report_folder = folder / REPORT_FOLDER
     report_folder.mkdir(exist_ok=True)
     files = [write_csv(make_answer_rows(answer), folder / ANSWER)]
-    for name in (*("cells", "causes", "theories", "refusals", "open_causes"), *("worst", "strata", "files", "notes")):
+    for name in (
+        *("cells", "causes", "open_causes", "filters", "theories", "refusals"),
+        *("worst", "strata", "files", "notes"),
+    ):
         files.append(write_csv(getattr(answer, name), report_folder / f"{name}.csv"))
     pictures = {"map": draw_map(answer.cells), "groups": draw_groups(answer)}
     for name, figure in pictures.items():
@@ -288,9 +299,12 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
         yield make_table("Groups, in % of their weight", _GROUP_COLUMNS, make_answer_rows(answer))
     yield Heading("Causes, and theories in place of Hertz")
     yield make_table("Why Hertz does not hold (screen), in % of all contacts", _CAUSE_COLUMNS, answer.causes)
-    yield make_table("Cheapest theory that holds, in % of all contacts", _THEORY_COLUMNS, answer.theories)
     if answer.open_causes:
-        yield make_table("What would decide the unresolved contacts, in % of all", _OPEN_COLUMNS, answer.open_causes)
+        title = "What would decide the unresolved contacts, in % of all contacts"
+        yield make_table(title, _OPEN_CAUSE_COLUMNS, answer.open_causes)
+    if answer.filters:
+        yield make_table("Shares if one filter were declared (screen), in %", _FILTER_COLUMNS, answer.filters)
+    yield make_table("Cheapest theory known to hold, in % of all contacts", _THEORY_COLUMNS, answer.theories)
     if answer.refusals:
         yield Heading("Positions without an answer")
         yield (
@@ -418,7 +432,19 @@ _THEORY_COLUMNS = [
     number_column("positions", "positions"),
 ]
 _CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
-_OPEN_COLUMNS = [text_column("decided by", "value", wraps=True), *_THEORY_COLUMNS[1:]]
+_OPEN_CAUSE_WORDS = {name: f"{name}: {words}" for name, words in OPEN_CAUSES.items()}
+_OPEN_CAUSE_WORDS["accuracy of the screen"] = "accuracy of the screen: finite elements"
+_OPEN_CAUSE_COLUMNS = [
+    text_column("decided by", lambda row: _OPEN_CAUSE_WORDS.get(row["value"], row["value"]), wraps=True),
+    *_THEORY_COLUMNS[1:],
+]
+_FILTER_COLUMNS = [
+    number_column("filter\nmm", "filter_mm", "{:.1f}"),
+    _make_percent_column("holds\n%", lambda row: row["holds"] or 0.0),
+    _make_percent_column("fails\n%", lambda row: row["fails"] or 0.0),
+    _make_percent_column("unresolved\n%", lambda row: row["open"] or 0.0),
+    _make_percent_column("refused\n%", lambda row: row["refused"] or 0.0),
+]
 _REFUSAL_COLUMNS = [
     text_column("screen", "verdict"),
     text_column("reason", "kind", wraps=True),

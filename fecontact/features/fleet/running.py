@@ -230,7 +230,7 @@ def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str
         "headline": screened.headline,
         "population": _describe_population(fleet, screened),
         "theory": fleet.theory,
-        "filters_mm": list(fleet.filters_mm),
+        "filter_mm": fleet.filter_mm,
         "seed": fleet.seed,
         "limits": fleet.case.criteria.limits,
         "positions_mm_kN_weight": [[*position, weight] for position, weight in fleet.positions.items()],

@@ -15,14 +15,17 @@ from fecontact.contact_theories.approximation import TheoryContact, theory_conta
 from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement, fast_theory
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import ScreeningTheory
-from fecontact.features.fleet.screening_rows import MEASURE_COLUMNS, Row
+from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, MEASURE_COLUMNS, Row
 from fecontact.judging.causes import PatchGeometry, find_gap_cause
+from fecontact.judging.lines import find_open_cause, read_filter_mm
 from fecontact.judging.measures import UNCERTAINTIES, compare_theories, compute_deviations
 from fecontact.judging.theory_pair import POINTS_ACROSS, evaluate_pressure
 from fecontact.judging.verdict import ANSWERS_BEST_FIRST, JUNCTION_CAUSE, PROFILE_CAUSE, Answer, judge
 from fecontact.placement.wheel_on_rail import Placement
+from fecontact.profiles.smoothing import PRACTICE_MIDDLE_MM
 from fecontact.solving.alone import HALF_SPACE, STRIPS, compute_normal_force
 from fecontact.solving.position import expect_on_half_space
+from fecontact.solving.profile_variants import REFERENCE_LABEL
 
 # Number of nodes on the narrowest semi-axis of a half-space, and the factor of its uncertainty relative to the declared
 # uncertainty of reading.
@@ -125,64 +128,130 @@ def screen_variant(case: Case, placement: Placement, theory: ScreeningTheory) ->
     )
 
 
-def make_position_row(variants: Sequence[ScreenedVariant]) -> Row:
+def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
     """Row of a position from its contacts on all profile variants.
 
     Parameters
     ----------
     variants
-        Contacts on the profile variants.
+        Contact on each profile variant by its label, the reference variant first; None for a variant without a contact,
+        whose answer is open.
 
     Returns
     -------
     dict
-        Verdict, deviations and uncertainties in percent, peaks in MPa, margin, cause and the cheapest theory.
+        Verdict, deviations and uncertainties in percent, peaks in MPa, margin, cause, what leaves it open, the verdict
+        with each usual filter, and the cheapest theory.
 
     Raises
     ------
     InputError
-        If Hertz has no ellipse on one of the variants.
+        If Hertz has no ellipse on the reference variant.
     """
-    case, contact = variants[0].loaded.case, variants[0].contact
-    limits = case.criteria.limits
-    all_judgements = [variant.judge_theory(HERTZ) for variant in variants]
-    judgements = [judgement for judgement in all_judgements if judgement is not None]
-    if len(judgements) < len(variants):
+    reference, *_ = variants.values()
+    assert reference is not None
+    judgements = {
+        label: None if variant is None else variant.judge_theory(HERTZ) for label, variant in variants.items()
+    }
+    known_judgements = [judgement for judgement in judgements.values() if judgement is not None]
+    if next(iter(judgements.values())) is None:
         raise InputError("no Hertz ellipse exists at the contact point")
-    answers = [answer for answer, _, _ in judgements]
-    verdict = answers[0] if len(set(answers)) == 1 else "UNRESOLVED"
+    answers: dict[str, Answer] = {
+        label: "UNRESOLVED" if judgement is None else judgement[0] for label, judgement in judgements.items()
+    }
+    verdict = _find_common_answer(answers)
     deviations = {
-        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in judgements]))
+        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in known_judgements]))
         for name in MEASURE_COLUMNS
     }
     uncertainties = {
-        name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in judgements)
-        + variants[0].uncertainty.get(name, math.nan)
+        name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in known_judgements)
+        + reference.uncertainty.get(name, math.nan)
         for name in MEASURE_COLUMNS
     }
-    row: Row = {"hertz_p_max_MPa": _average_hertz_peak(variants), "screen_p_max_MPa": _average_peak(variants)}
+    known_variants = [variant for variant in variants.values() if variant is not None]
+    row: Row = {
+        "hertz_p_max_MPa": _average_hertz_peak(known_variants),
+        "screen_p_max_MPa": _average_peak(known_variants),
+    }
     for name, column in MEASURE_COLUMNS.items():
         row[f"{column}_percent"], row[f"{column}_uncertainty_percent"] = (
             1e2 * deviations[name],
             1e2 * uncertainties[name],
         )
+    cheapest_theory, cheaper_possible_theory = _find_cheapest_theories([*variants.values()], reference, verdict)
     return row | {
-        "verdict": "OPEN" if verdict == "UNRESOLVED" else verdict,
-        "measure": next((measure for answer, _, measure in judgements if answer == verdict), judgements[0][2]),
-        # A measure without a stated uncertainty has no margin.
-        "margin": min(
-            (
-                (limit - abs(deviations[name])) / uncertainties[name]
-                for name, limit in limits.items()
-                if math.isfinite(uncertainties[name])
-            ),
-            default=math.nan,
+        "verdict": _WORDS.get(verdict, verdict),
+        "measure": next(
+            (measure for answer, _, measure in known_judgements if answer == verdict), known_judgements[0][2]
         ),
-        "variants_holding": answers.count("HOLDS"),
+        "margin": _compute_margin(reference.loaded.case, deviations, uncertainties),
+        "variants_holding": [*answers.values()].count("HOLDS"),
         "lines": len(variants),
-        "cause": None if verdict == "HOLDS" else _find_cause(verdict, answers, variants[0], contact),
-        "cheapest_theory": _find_cheapest_theory(variants, answers),
+        "cause": None if verdict == "HOLDS" else _find_cause(verdict, [*answers.values()], reference),
+        "open_because": _describe_open_cause(answers) if verdict == "UNRESOLVED" else None,
+        **{column: _answer_with_filter(answers, length) for column, length in FILTER_COLUMNS.items()},
+        "cheapest_theory": cheapest_theory,
+        "cheaper_possible_theory": cheaper_possible_theory,
     }
+
+
+_WORDS = {"UNRESOLVED": "OPEN"}
+
+
+def _find_common_answer(answers: Mapping[str, Answer]) -> Answer:
+    """Answer of all variants, else UNRESOLVED."""
+    answer, *different_answers = {*answers.values()}
+    return "UNRESOLVED" if different_answers else answer
+
+
+def _describe_open_cause(answers: Mapping[str, Answer]) -> str:
+    """Name of the cause of an open position."""
+    cause = find_open_cause(answers)
+    return "accuracy of the screen" if cause == "mesh" else cause
+
+
+def _answer_with_filter(answers: Mapping[str, Answer], filter_mm: float) -> str | None:
+    """Verdict if a usual filter were declared, from the answers on all variants.
+
+    The variants with this filter count, and all variants that do not differ by a usual filter: noise samples, and
+    profiles whose noise asks for longer filters. None if usual filters were judged, but not this one.
+    """
+    usual_lengths = {label: usual for label in answers if (usual := _find_usual_length(label)) is not None}
+    if usual_lengths and REFERENCE_LABEL in answers:
+        # the reference variant of a pair of which one profile has a longer filter
+        usual_lengths[REFERENCE_LABEL] = PRACTICE_MIDDLE_MM
+    if usual_lengths and filter_mm not in usual_lengths.values():
+        return None
+    answer = _find_common_answer(
+        {label: answer for label, answer in answers.items() if usual_lengths.get(label, filter_mm) == filter_mm}
+    )
+    return _WORDS.get(answer, answer)
+
+
+def _find_usual_length(label: str) -> float | None:
+    """Usual filter length of a variant in mm, from its label; None for other variants."""
+    length = read_filter_mm(label)
+    if length is None:
+        return None
+    return next((usual for usual in FILTER_COLUMNS.values() if abs(length / usual - 1.0) < _SAME_LENGTH), None)
+
+
+# Labels have three digits of a filter length.
+_SAME_LENGTH = 0.01
+
+
+def _compute_margin(case: Case, deviations: Mapping[str, float], uncertainties: Mapping[str, float]) -> float:
+    """Least distance of a deviation to its limit, divided by its uncertainty.
+
+    A measure without a stated uncertainty has no margin.
+    """
+    margins = (
+        (limit - abs(deviations[name])) / uncertainties[name]
+        for name, limit in case.criteria.limits.items()
+        if math.isfinite(uncertainties[name])
+    )
+    return min(margins, default=math.nan)
 
 
 def _average_hertz_peak(variants: Sequence[ScreenedVariant]) -> float:
@@ -204,8 +273,9 @@ def _average_peak(variants: Sequence[ScreenedVariant]) -> float:
     return float(np.mean([max(patch.p_max_MPa for patch in variant.contact.patches) for variant in variants]))
 
 
-def _find_cause(verdict: Answer, answers: Sequence[Answer], variant: ScreenedVariant, contact: TheoryContact) -> str:
+def _find_cause(verdict: Answer, answers: Sequence[Answer], variant: ScreenedVariant) -> str:
     """Cause of a verdict that is not HOLDS."""
+    contact = variant.contact
     if len(set(answers)) > 1:
         return PROFILE_CAUSE
     if variant.loaded.placement.first.at_junction:
@@ -234,20 +304,31 @@ def _describe_patch_geometry(placement: Placement, contact: TheoryContact) -> Pa
     )
 
 
-def _find_cheapest_theory(variants: Sequence[ScreenedVariant], answers: Sequence[Answer]) -> str:
-    """Cheapest theory that holds on all variants.
+def _find_cheapest_theories(
+    variants: Sequence[ScreenedVariant | None], reference: ScreenedVariant, hertz_answer: Answer
+) -> tuple[str, str | None]:
+    """Cheapest theory that certainly holds, and a cheaper theory that may hold.
 
-    Hertz if it holds on all variants, OPEN unless it holds or fails on all of them. If Hertz fails, the first theory by
-    cost that holds on all variants; the theory of the screening, the reference of all, is the last.
+    A theory is known to hold if it holds on all variants, and may hold unless it fails on all of them. The theory of
+    the screening, the reference of all, is the last.
     """
-    if set(answers) != {"FAILS"}:
-        return HERTZ if set(answers) == {"HOLDS"} else "OPEN"
-    screening_theory = STRIPS if variants[0].uncertainty is STRIP_UNCERTAINTY else HALF_SPACE
-    names = (name for name in THEORIES if name not in (*HERTZ_OF_EACH_SIDE, STRIPS, HALF_SPACE))
-    return next((name for name in names if all(_is_holding(variant, name) for variant in variants)), screening_theory)
+    if hertz_answer == "HOLDS":
+        return HERTZ, None
+    possible_theory = HERTZ if hertz_answer == "UNRESOLVED" else None
+    screening_theory = STRIPS if reference.uncertainty is STRIP_UNCERTAINTY else HALF_SPACE
+    for name in THEORIES:
+        if name not in (*HERTZ_OF_EACH_SIDE, STRIPS, HALF_SPACE):
+            answers = [_answer_on_variant(variant, name) for variant in variants]
+            if {*answers} == {"HOLDS"}:
+                return name, possible_theory
+            if {*answers} != {"FAILS"}:
+                possible_theory = possible_theory or name
+    return screening_theory, possible_theory
 
 
-def _is_holding(variant: ScreenedVariant, name: str) -> bool:
-    """Whether a theory holds on a profile variant."""
+def _answer_on_variant(variant: ScreenedVariant | None, name: str) -> Answer:
+    """Answer for a theory on a profile variant; FAILS for a theory without a contact."""
+    if variant is None:
+        return "UNRESOLVED"
     judgement = variant.judge_theory(name)
-    return judgement is not None and judgement[0] == "HOLDS"
+    return "FAILS" if judgement is None else judgement[0]

@@ -7,7 +7,7 @@ differ, the position is open.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -17,7 +17,7 @@ from fecontact.case import Case
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet.model import Position, ScreeningTheory
 from fecontact.features.fleet.reading import StoredProfile
-from fecontact.features.fleet.screened_position import make_position_row, screen_variant
+from fecontact.features.fleet.screened_position import ScreenedVariant, make_position_row, screen_variant
 from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, Row, write_rows
 from fecontact.jobs.workers import WorkResult
 from fecontact.placement.conicity import RadiusDifference
@@ -25,6 +25,7 @@ from fecontact.placement.problems import PositionProblem
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.placement.wheelset import Wheelset
 from fecontact.solving.placing import make_wheelset, place_at_shifts
+from fecontact.solving.profile_variants import join_reference_labels
 
 AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 """Amplitude of the lateral motion, and width of the band on the rail."""
@@ -106,8 +107,9 @@ class ScreeningPair:
         list of dict
             Rows by shift, then load.
         """
-        filters = sorted({*self.wheel.filters_mm, *self.rail.filters_mm}) or [0.0]
-        variants = [{"rail": self.rail.line(filter_mm), "wheel": self.wheel.line(filter_mm)} for filter_mm in filters]
+        reference_label = join_reference_labels(self.rail.reference_label, self.wheel.reference_label)
+        labels = dict.fromkeys([reference_label, *self.rail.other_labels, *self.wheel.other_labels])
+        variants = [{"rail": self.rail.variant(label), "wheel": self.wheel.variant(label)} for label in labels]
         conicity, concentration = calculate_conicity_and_concentration(make_wheelset(self.case, **variants[0]))
         wheelset_columns = {"conicity": conicity, "contact_concentration": concentration}
         loads: dict[float, list[float]] = {}
@@ -117,33 +119,53 @@ class ScreeningPair:
         return [
             row | wheelset_columns
             for shift, shift_loads in loads.items()
-            for row in self._screen_shift(shift, shift_loads, [by_shift[shift] for by_shift in outcomes])
+            for row in self._screen_shift(
+                shift,
+                shift_loads,
+                {label: by_shift[shift] for label, by_shift in zip(labels, outcomes, strict=True)},
+            )
         ]
 
     def _screen_shift(
-        self, shift: float, loads_kN: Sequence[float], outcomes: Sequence[Placement | PositionProblem]
+        self, shift: float, loads_kN: Sequence[float], outcomes: Mapping[str, Placement | PositionProblem]
     ) -> list[Row]:
         """Rows of all loads at a shift.
 
-        `outcomes` has the placement on each variant, or the reason why there is none.
+        `outcomes` has the placement on each variant, the reference variant first, or the reason why there is none.
         """
         keys = [{"shift_mm": shift, "load_kN": load} for load in loads_kN]
-        placements = [placement for placement in outcomes if isinstance(placement, Placement)]
-        if problems := [problem for problem in outcomes if isinstance(problem, PositionProblem)]:
+        reference, *_ = outcomes.values()
+        if isinstance(reference, PositionProblem):
             # a variant on which the wheel can stand leaves it unknown whether there is a contact
+            problems = [outcome for outcome in outcomes.values() if isinstance(outcome, PositionProblem)]
             is_derailed = len(problems) == len(outcomes) and all(problem.is_derailed for problem in problems)
-            return [key | make_refusal_columns(problems[0], is_derailed=is_derailed) for key in keys]
-        touch = placements[0].first
+            return [key | make_refusal_columns(reference, is_derailed=is_derailed) for key in keys]
+        touch = reference.first
         place = {"place_y_mm": float(touch.rail_y_mm), "contact_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
-        return [key | place | self._screen_load(shift, key["load_kN"], placements) for key in keys]
+        return [key | place | self._screen_load(shift, key["load_kN"], reference, outcomes) for key in keys]
 
-    def _screen_load(self, shift: float, load_kN: float, placements: Sequence[Placement]) -> Row:
+    def _screen_load(
+        self, shift: float, load_kN: float, reference: Placement, outcomes: Mapping[str, Placement | PositionProblem]
+    ) -> Row:
         """Row of a position, or the reason of its refusal."""
         case = replace(self.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
         try:
-            return make_position_row([screen_variant(case, placement, self.theory) for placement in placements])
+            screened_reference = screen_variant(case, reference, self.theory)
+            return make_position_row(
+                {
+                    label: screened_reference if placement is reference else self._screen_variant(case, placement)
+                    for label, placement in outcomes.items()
+                }
+            )
         except (InputError, ConvergenceError) as error:
             return make_refusal_columns(error)
+
+    def _screen_variant(self, case: Case, placement: Placement | PositionProblem) -> ScreenedVariant | None:
+        """Screening of a variant; None if it has no contact."""
+        try:
+            return screen_variant(case, placement, self.theory) if isinstance(placement, Placement) else None
+        except (InputError, ConvergenceError):
+            return None
 
 
 def make_refusal_columns(cause: FecontactError | str, *, is_derailed: bool = False) -> Row:

@@ -9,6 +9,7 @@ from typing import Any
 
 from fecontact.criteria import Criteria
 from fecontact.features.fleet.packages import import_arrow, import_parquet
+from fecontact.profiles.smoothing import PRACTICE_MIDDLE_MM, PRACTICE_MM
 
 ROWS_FILE = "part.parquet"
 MEASURE_COLUMNS: dict[str, str] = {
@@ -31,7 +32,15 @@ NUMBERS = (
     *(f"{name}_{what}" for name in MEASURE_COLUMNS.values() for what in ("percent", "uncertainty_percent")),
     *("margin", "variants_holding", "lines"),
 )
-TEXTS = ("verdict", "measure", "cause", "cheapest_theory", "reason", "reason_kind", "remedy")
+FILTER_COLUMNS = {
+    f"filter_{length:.2g}_mm".replace(".", "_"): length
+    for length in (PRACTICE_MM[0], PRACTICE_MIDDLE_MM, PRACTICE_MM[1])
+}
+"""Usual filter lengths (mm) by the column with the verdict if this filter were declared."""
+TEXTS = (
+    *("verdict", "measure", "cause", "open_because", *FILTER_COLUMNS),
+    *("cheapest_theory", "cheaper_possible_theory", "reason", "reason_kind", "remedy"),
+)
 NO_CONTACT, REFUSED = "NO CONTACT", "REFUSED"
 """Verdicts of positions without an answer.
 

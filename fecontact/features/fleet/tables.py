@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.errors import InputError
 from fecontact.features.fleet.packages import import_arrow, import_duckdb, import_parquet
-from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED
+from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     PROFILES,
     SAMPLE,
@@ -32,7 +32,11 @@ _STRATUM = f"""
          WHEN verdict = 'OPEN' OR margin IS NULL OR abs(margin) < 2 THEN 'near'
          WHEN verdict = 'HOLDS' THEN 'surely holds' ELSE 'surely fails' END"""
 # Columns that tables of an earlier version lack.
-_OPTIONAL_COLUMNS = ("reason", "reason_kind", "remedy", "open_because")
+_OPTIONAL_COLUMNS = {
+    **dict.fromkeys(("reason", "reason_kind", "remedy", "open_because"), "VARCHAR"),
+    **dict.fromkeys((*FILTER_COLUMNS, "cheaper_possible_theory"), "VARCHAR"),
+    "lines": "DOUBLE",
+}
 _NO_SAMPLE = """
     SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
            0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
@@ -170,7 +174,7 @@ def _create_views_of_positions(tables: DuckDBPyConnection, folder: Path) -> None
         If no position is a contact.
     """
     names = {row["column_name"] for row in query_rows(tables, "DESCRIBE screened")}
-    missing = "".join(f", NULL::VARCHAR AS {name}" for name in _OPTIONAL_COLUMNS if name not in names)
+    missing = "".join(f", NULL::{kind} AS {name}" for name, kind in _OPTIONAL_COLUMNS.items() if name not in names)
     tables.execute(f"CREATE VIEW placed AS SELECT *{missing} FROM screened WHERE weight > 0")
     (row,) = query_rows(
         tables, f"SELECT sum(weight) FILTER (verdict <> '{NO_CONTACT}') / sum(weight) AS contacts FROM placed"
