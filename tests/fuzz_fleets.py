@@ -34,7 +34,6 @@ from fecontact.profiles.writers import csv_text
 SLOWEST_S, LONGEST_S = 30.0, 60.0
 FLEET = """seed = 1
 theory = "strip"
-filters_mm = [4, 8]
 [wheels]
 files = "wheels{ending}"
 [rails]

@@ -106,7 +106,8 @@ def test_a_theory_that_is_near_by_chance_keeps_its_own_status(monkeypatch):
     )
     monkeypatch.setitem(THEORIES, "hertz", open_one)
     (row,) = fecontact.table(WHEELSET, [-4.0], [50e3])
-    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("UNRESOLVED", "")
+    # a theory that is known to hold comes before Hertz, which may hold
+    assert (row["cheapest_theory"], row["cheapest_theory_status"]) == ("equivalent_ellipse", "solved")
 
 
 def test_hertz_at_a_junction_is_the_cheapest_with_both_curvatures_alone(monkeypatch):

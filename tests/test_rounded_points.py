@@ -42,7 +42,7 @@ def exact_peak_MPa(shift_mm):
 
 
 def find_missing_percent(body, step_mm, spacing_mm, shifts_mm=SHIFTS_MM):
-    """By shift, how far the exact peak is outside of the stated range, in percent of the peak; 0 inside."""
+    """Distance of the exact peak from the stated range in percent of the peak, by shift."""
     points = rounded_points(body, step_mm, spacing_mm)
     reading = Reading(nominal="none", mirror=False if body == "rail" else None)
     profile = profile_from_points(*points.T, kind=body, name="rounded", reading=reading)

@@ -150,7 +150,7 @@ def build_law_view(applicability_map: ApplicabilityMap, theories: LawReadingView
 def _describe_cheaper_theories(
     applicability_map: ApplicabilityMap, theories: LawReadingView, words_of: Mapping[str, str]
 ) -> list[str]:
-    """Footnote on cheaper theories that may hold; empty without one."""
+    """List a footnote on the cheaper theories that may hold, if there are any."""
     cheaper_theories = [
         find_cheaper_possible_theory(list_theory_answers(read_laws(cell, theories)), in_range=theories.in_range)
         for cell in applicability_map.cells

@@ -420,8 +420,9 @@ def off_by(percent: float, answer: str) -> Judgement:
     [
         ({"polach": "HOLDS", "fastsim": "FAILS"}, "polach", "polach"),
         ({"polach": "FAILS", "fastsim": "HOLDS", "exact": "HOLDS"}, "fastsim", "fastsim"),
-        # an open verdict does not count as a failure
-        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "fastsim", "UNRESOLVED"),
+        # a theory that is known to hold comes before a cheaper one that may hold
+        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "HOLDS"}, "exact", "exact"),
+        ({"polach": "FAILS", "fastsim": "UNRESOLVED", "exact": "FAILS"}, "fastsim", "UNRESOLVED"),
         ({"polach": "FAILS", "exact": "FAILS", "strips": "FAILS", "real": "HOLDS"}, "real", "real"),
         ({"polach": "FAILS", "fastsim": "FAILS"}, "", "none"),
         ({}, "", "none"),

@@ -153,7 +153,7 @@ def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
 
 
 def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
-    """Reading options of a profile: those of its row in a table, then those of the body, then the fleet's filter.
+    """Reading options of a profile from its row in a table, its body and the filter of the fleet, in this order.
 
     Parameters
     ----------
