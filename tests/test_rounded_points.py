@@ -42,7 +42,7 @@ def exact_peak_MPa(shift_mm):
 
 
 def find_missing_percent(body, step_mm, spacing_mm, shifts_mm=SHIFTS_MM):
-    """Distance of the exact peak from the stated range in percent of the peak, by shift."""
+    """Distance of the exact peak from the stated range by shift, in percent."""
     points = rounded_points(body, step_mm, spacing_mm)
     reading = Reading(nominal="none", mirror=False if body == "rail" else None)
     profile = profile_from_points(*points.T, kind=body, name="rounded", reading=reading)

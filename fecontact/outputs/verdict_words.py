@@ -306,7 +306,7 @@ def cheapest_text(record: Record) -> str:
 
 
 def _describe_cheaper_theory(record: Record, cheapest_name: str) -> str:
-    """Name the first cheaper theory that may hold, if there is one."""
+    """Sentence about the first cheaper theory that may hold."""
     for name, theory in judged_theories(record).items():
         if name == cheapest_name:
             break

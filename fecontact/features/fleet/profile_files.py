@@ -153,7 +153,9 @@ def _find_radius_note(fleet: Fleet, candidate: Candidate) -> str:
 
 
 def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
-    """Reading options of a profile from its row in a table, its body and the filter of the fleet, in this order.
+    """Reading options of a profile.
+
+    Options of its row in a table come first, then those of its body, then the filter of the fleet.
 
     Parameters
     ----------
