@@ -64,8 +64,8 @@ class Criteria:
         Measures by the names of the fields here, or sets of measures: `strength` for the stress below the surface,
         which follows the peak; `patch` for creep forces and wear, which use the axes and the place of the ellipse;
         `all` for users who take the ellipse for the contact patch.
-    theories_in_range
-        Whether theories outside their range are excluded from the choice of the cheapest theory that holds.
+    theories_out_of_range
+        Whether theories outside their range are included in the choice of the cheapest theory that holds.
 
     Examples
     --------
@@ -103,9 +103,8 @@ class Criteria:
         domain=f"sets {', '.join(_SETS)}; measures {', '.join(_SETS['all'])}; separated by commas",
         each=True,
     )
-    theories_in_range: bool = flag_field(
-        "Exclude theories outside their range from the choice of the cheapest theory that holds; by default these"
-        " theories count too, and are marked as out of range"
+    theories_out_of_range: bool = flag_field(
+        "Include theories outside their range in the choice of the cheapest theory that holds, marked as out of range"
     )
 
     def __post_init__(self) -> None:

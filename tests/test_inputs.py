@@ -264,9 +264,9 @@ ROWS: dict[tuple[str, str], Row] = {
         "judged_by", "--judged-by", "strength,b", ("strength", "b"), "strenght", ("strenght",),
         f"judged by is 'strenght'; allowed: {SETS}; did you mean strength?", f": {SETS}; default all",
     ),
-    ("criteria", "theories_in_range"): Row(
-        "theories_in_range", "--theories-in-range", True, True, "perhaps", "perhaps",
-        "theories in range is 'perhaps'; allowed: yes or no, true or false", "; default no",
+    ("criteria", "theories_out_of_range"): Row(
+        "theories_out_of_range", "--theories-out-of-range", True, True, "perhaps", "perhaps",
+        "theories out of range is 'perhaps'; allowed: yes or no, true or false", "; default no",
     ),
     ("creep", "friction"): Row(
         "friction", "--friction", 0.4, 0.4, 0, 0.0, "friction coefficient is 0.0; allowed: between 0 and 2; dry steel",

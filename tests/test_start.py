@@ -43,7 +43,7 @@ def program(*arguments: str, **options) -> subprocess.CompletedProcess[str]:
     )
 
 
-LIMITS = ("# p_max_percent", "# area_percent", "# judged_by", "# theories_in_range")
+LIMITS = ("# p_max_percent", "# area_percent", "# judged_by", "# theories_out_of_range")
 
 
 def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):

@@ -25,7 +25,7 @@ TOML_TEXTS = {
     "criteria.p_max_percent": "5.0",
     "criteria.area_percent": "10.0",
     "criteria.judged_by": '"all"',
-    "criteria.theories_in_range": "false",
+    "criteria.theories_out_of_range": "false",
     "track.gauge_mm": "1435.0",
     "rail_material.young_MPa": "210000.0",
     "rail_material.tangent_MPa": "0.0",

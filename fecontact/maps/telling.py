@@ -247,7 +247,7 @@ def find_ellipse_theory(load: JudgedLoad | None) -> TheoryAnswer | None:
         for standing in list_theory_answers(judgements_of_other_theories(load))
         if standing.name in ELLIPSE_THEORIES and standing.answer == "HOLDS"
     )
-    theory = find_cheapest_theory(holding_theories, in_range=load.case.criteria.theories_in_range)
+    theory = find_cheapest_theory(holding_theories, in_range=not load.case.criteria.theories_out_of_range)
     return theory if theory.name else None
 
 

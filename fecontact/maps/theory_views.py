@@ -72,7 +72,7 @@ def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
     }
     names = [name for name in THEORIES if name in judged_names]
     colours = chain(_PRESSURE_COLOURS, repeat(_PRESSURE_COLOURS[-1]))
-    title = "the cheapest theory that holds" + " in its range" * applicability_map.case.criteria.theories_in_range
+    title = "the cheapest theory that holds"
     theories = LawReadingView(
         title=f"{title}{describe_bodies(applicability_map, yielding=False)}",
         criterion=lambda case: limits_text(case.criteria),
@@ -83,7 +83,7 @@ def build_theory_view(applicability_map: ApplicabilityMap) -> MapView:
         note=f"{title}, with its limit utilisation",
         number="limit utilisation;\nabove 1 the theory does not hold",
         of=lambda _, judged_names: format_utilisation(judged_names.limit_utilisation),
-        in_range=applicability_map.case.criteria.theories_in_range,
+        in_range=not applicability_map.case.criteria.theories_out_of_range,
     )
     return build_law_view(applicability_map, theories)
 

@@ -283,7 +283,9 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
         return line
     return replace(
         line,
-        cheapest=find_cheapest_theory(_iterate_standings(loaded, strips), in_range=case.criteria.theories_in_range),
+        cheapest=find_cheapest_theory(
+            _iterate_standings(loaded, strips), in_range=not case.criteria.theories_out_of_range
+        ),
     )
 
 

@@ -1,4 +1,4 @@
-"""Verdicts of measured profiles with noise, against the same profiles without noise.
+"""Noise of the points hardly ever reverses a verdict of the screen.
 
 The profiles without noise are read as exact. A verdict on noisy points may be open, but is hardly ever the opposite of
 the truth.

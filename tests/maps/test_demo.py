@@ -166,7 +166,7 @@ def test_the_remedy_is_a_theory_inside_its_range(base_map):
         f" {THEORIES[MULTI_HERTZ].in_sentence}, at 5 mm (50 kN)."
     ]
     # ANALYN holds by its numbers, outside its range: the next one that holds is named
-    partly_flat = flat_patch()
+    partly_flat = flat_patch(theories_out_of_range=True)
     assert partly_flat.rows()[0]["cheapest_theory"] == "analyn"
     assert partly_flat.rows()[0]["cheapest_theory_status"] == "out of range"
     (sentence,) = write_remedy_sentences(partly_flat)

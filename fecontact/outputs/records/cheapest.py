@@ -24,7 +24,7 @@ def judgements_by_theory(load: JudgedLoad) -> dict[str, Judgement]:
 def find_cheapest_of_load(load: JudgedLoad) -> TheoryAnswer:
     """Cheapest theory of the pressure that holds for a load."""
     return find_cheapest_theory(
-        list_theory_answers(judgements_by_theory(load)), in_range=load.case.criteria.theories_in_range
+        list_theory_answers(judgements_by_theory(load)), in_range=not load.case.criteria.theories_out_of_range
     )
 
 
