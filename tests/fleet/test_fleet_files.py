@@ -137,6 +137,45 @@ def test_what_cannot_be_is_refused_with_its_value(tmp_path, old, new, said):
         fecontact.check_fleet(path)
 
 
+@pytest.mark.parametrize("value", ["1.5", "true", "nan", "inf", '"3"', "2.0000001", "-1"])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[wheels]", "seed = {}\n[wheels]"),
+        ("[wheels]", "[pairs]\ndraw = {}\n[wheels]"),
+        ("values = [60]", "uniform = [40, 60]\ncount = {}"),
+        ("[wheels]", "[case.wheel_file]\nsection = {}\n[wheels]"),
+    ],
+)
+def test_counts_are_whole_numbers(tmp_path, old, new, value):
+    name = new.partition(" = {}")[0].split("\n")[-1]
+    message = f"{'number of the profile' if name == 'section' else name} is .*; allowed: .*whole numbers from"
+    with pytest.raises(InputError, match=message):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace(old, new.format(value), 1)))
+
+
+def test_a_whole_number_with_a_decimal_point_is_a_count(tmp_path):
+    text = FLEET.replace("[wheels]", "seed = 2.0\n[pairs]\ndraw = 3.0\n[wheels]", 1)
+    fleet = read_fleet(written(tmp_path, text))
+    assert (fleet.seed, fleet.pairing.draw) == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("values = [60]", "values = [true]"),
+        ("weights = [1, 3]", "weights = [true, 3]"),
+        ("values = [60]", "normal = [60, true]"),
+        ("values = [60]", "uniform = [true, 60]"),
+        ("[wheels]", "filters_mm = [4, true]\n[wheels]"),
+        ("[wheels]", "[case]\nrolling_radius_mm = true\n[wheels]"),
+    ],
+)
+def test_a_truth_value_is_not_a_number(tmp_path, old, new):
+    with pytest.raises(InputError, match=r"True.*; allowed"):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace(old, new, 1)))
+
+
 def test_weights_of_files_that_cannot_be_are_refused(tmp_path):
     for row, said in (("S1002,-1", "row 1: weight is -1"), ("S1002,much", "weight is 'much'")):
         with pytest.raises(InputError, match=said):

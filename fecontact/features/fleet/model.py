@@ -75,7 +75,12 @@ class Pairing:
     """Pairs of wheels and rails: each wheel with each rail by default."""
 
     draw: float | None = number_field(
-        None, "Number of pairs, drawn by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
+        None,
+        "Number of pairs, drawn by the weights of wheels and rails",
+        low=1.0,
+        high=1e6,
+        whole=True,
+        remedy="give for example 10000",
     )
     table: str | None = _make_table_slot(
         "Table (.csv, .parquet) with the columns wheel and rail, and weight if the weights differ"
@@ -99,7 +104,12 @@ class Distribution:
     normal: Any = _make_numbers_slot("Mean and standard deviation", "two numbers: mean and standard deviation")
     uniform: Any = _make_numbers_slot("Smallest and largest value", "two numbers: smallest and largest value")
     count: float = number_field(
-        10.0, "Number of equally likely values of a distribution", low=1.0, high=_MOST_VALUES, remedy="give 5 to 20"
+        10.0,
+        "Number of equally likely values of a distribution",
+        low=1.0,
+        high=_MOST_VALUES,
+        whole=True,
+        remedy="give 5 to 20",
     )
 
     def __post_init__(self) -> None:
@@ -199,7 +209,9 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
 class FleetSettings:
     """Keys at the top level of the file, outside its tables."""
 
-    seed: float = number_field(1.0, "Seed of random draws", low=0.0, high=2**53, remedy="give a whole number")
+    seed: float = number_field(
+        1.0, "Seed of random draws", low=0.0, high=2**53, whole=True, remedy="give for example 1"
+    )
     theory: ScreeningTheory = choice_field("strip", "Theory of the screen", ("strip", "half_space"))
     filters_mm: Any = custom_field(
         (4.0, 8.0),

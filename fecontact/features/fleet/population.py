@@ -374,7 +374,7 @@ def weigh_candidate_pairs(
         return normalise_weights(list_weighted_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
-        count = round(fleet.pairing.draw)
+        count = int(fleet.pairing.draw)
         drawn_names = (
             draw(list(weights), count, p=list(weights.values())) for weights in (wheel_weights, rail_weights)
         )
