@@ -30,7 +30,6 @@ from fecontact.features.fleet.sealed_folder import (
     check_sample,
     describe_redraw,
     digest_screen,
-    refuse_damaged_fleet,
 )
 from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, quote_column
 from fecontact.files import read_json
@@ -212,7 +211,7 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
     InputError
         If the fleet is not screened, or was screened again after its sample was drawn.
     """
-    with refuse_damaged_fleet(folder), open_tables(folder) as tables:
+    with open_tables(folder) as tables:
         _refuse_old_sample(tables, folder)
         (population,) = _query_subpopulations(tables).values()
         return FleetAnswer(

@@ -22,10 +22,8 @@ from fecontact.features.fleet.profile_files import select_reading
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import (
     FLEET_FILE,
-    PROFILES,
     describe_rerun,
     read_record,
-    refuse_damaged_fleet,
 )
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
@@ -34,7 +32,7 @@ from fecontact.features.fleet.table_columns import (
     select_reading_values,
     set_case_values,
 )
-from fecontact.features.fleet.tables import read_parquet
+from fecontact.features.fleet.tables import read_profile_rows
 from fecontact.files import hash_file
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.resolve import read_profile_content, select_used_options
@@ -307,12 +305,10 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     1
     """
     folder = Path(out)
-    with refuse_damaged_fleet(folder):
-        record = read_record(folder)
-        rows = read_parquet(folder / PROFILES).to_pylist()
-        return ScreenedFleet(
-            out=folder,
-            fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
-            record=record,
-            _rows={(row["body"], row["name"]): row for row in rows},
-        )
+    record = read_record(folder)
+    return ScreenedFleet(
+        out=folder,
+        fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
+        record=record,
+        _rows={(row["body"], row["name"]): row for row in read_profile_rows(folder)},
+    )

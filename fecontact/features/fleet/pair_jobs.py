@@ -19,7 +19,7 @@ from fecontact.features.fleet.population import Candidate, Pair, list_weighted_p
 from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
-from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, make_schema
+from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
 from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
 from fecontact.features.fleet.table_columns import (
     READ,
@@ -28,7 +28,7 @@ from fecontact.features.fleet.table_columns import (
     select_case_values,
     set_case_values,
 )
-from fecontact.features.fleet.tables import read_parquet, write_parquet
+from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import WorkersLost
@@ -36,7 +36,6 @@ from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import digest_json
 
-VERDICTS = ("HOLDS", "FAILS", "OPEN", REFUSED, NO_CONTACT)
 _PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # Profiles of the library that replace files in a case with given profile variants.
 _PLACEHOLDER = {"wheel": "S1002", "rail": "60E1"}
@@ -246,7 +245,7 @@ def write_screen(
                 ]
                 table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
-                table = read_parquet(out / PAIR_JOBS / job_id / ROWS_FILE)
+                table = _read_pair_rows(out / PAIR_JOBS / job_id, len(fleet.positions))
             weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
                 verdict_weights[verdict] += weight
@@ -260,3 +259,14 @@ def write_screen(
     for name in earlier_parts - written:
         (out / SCREEN / name).unlink()
     return verdict_weights
+
+
+def _read_pair_rows(folder: Path, positions: int) -> Any:
+    """Table of a finished pair; raises InputError if its columns or its number of rows are not those of a screening."""
+    table = read_parquet(folder / ROWS_FILE)
+    if not table.schema.equals(make_schema()) or table.num_rows != positions:
+        raise InputError(
+            f"{folder / ROWS_FILE} does not have the columns and rows of a screened pair; remove {folder}, and run the"
+            " same command again"
+        )
+    return table
