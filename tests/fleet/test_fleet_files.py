@@ -1,6 +1,7 @@
 """The file of a fleet, its population and its weights, with inputs by hand and refusals."""
 
 import json
+import re
 import shutil
 import sys
 from statistics import NormalDist
@@ -135,6 +136,60 @@ def test_what_cannot_be_is_refused_with_its_value(tmp_path, old, new, said):
     path = written(tmp_path, FLEET.replace(old, new, 1))
     with pytest.raises(InputError, match=said):
         fecontact.check_fleet(path)
+
+
+@pytest.mark.parametrize("name", ["wheels.csv", "wheels.txt", "wheels.tsv", "wheels"])
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty; give a file of points, or a table with the heading file"),
+        ("\n \n", "is empty; give"),
+        ("Datei;Gewicht\nS1002;1\n", "no heading file, as a table has; its first line is 'Datei, Gewicht'"),
+        ("Datei,Gewicht,km\nwheel.csv,1,100\n", "its first line is 'Datei, Gewicht, km'"),
+        ("fichier\nroues/a.whl\n", "its first line is 'fichier'"),
+        ("S1002\nEN13715_1in40\n", "its first line is 'S1002'"),
+        ("wheel.csv,1,2\nother.csv,2,3\n", "no heading file"),
+        ("sep=;\nDatei;Gewicht\na.csv;1\n", "its first line is 'Datei, Gewicht'"),
+        ("Files;weight\nS1002;1\n", "did you mean file"),
+        ("path;weight\nS1002;1\n", "no column file; columns: path, weight"),
+    ],
+)
+def test_a_table_without_the_heading_of_files_is_refused(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        fecontact.check_fleet(
+            written(
+                tmp_path, FLEET.replace("wheels.csv", name), wheels="file\nS1002\n" if name != "wheels.csv" else text
+            )
+        )
+
+
+@pytest.mark.parametrize("name", ["wheels.xlsx", "wheels.XLS", "wheels.ods"])
+def test_a_workbook_is_not_a_profile(tmp_path, name):
+    (tmp_path / name).write_bytes(b"PK\x03\x04")
+    with pytest.raises(InputError, match="is a workbook of a spreadsheet; allowed: CSV or Parquet; save the table"):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace("wheels.csv", name)))
+
+
+@pytest.mark.parametrize("name", ["wheels.txt", "wheels.tsv", "wheels.csv"])
+def test_a_table_of_excel_lists_its_files(tmp_path, name):
+    text = "sep=;\nfile;weight;;\nS1002;1,5;;\nEN13715_1in40;1;;\n"
+    path = written(tmp_path, FLEET.replace("wheels.csv", name))
+    (tmp_path / name).write_text(text)
+    assert {one.name: one.weight for one in find_candidates(read_fleet(path), "wheel")} == {
+        "S1002": 1.5,
+        "EN13715_1in40": 1.0,
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["y,z\n0,1\n1,2\n", "# from a.csv, b.csv\n0 1\n1 2\n", "0;1,5\n1;2,5\n", "label;y;z\na;1;2\nb;2;3\n", "0\t1\n"],
+)
+def test_a_file_of_points_is_not_a_table(tmp_path, text):
+    (tmp_path / "one.csv").write_text(text)
+    fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "one.csv")))
+    assert [one.name for one in find_candidates(fleet, "wheel")] == ["one"]
 
 
 @pytest.mark.parametrize("value", ["1.5", "true", "nan", "inf", '"3"', "2.0000001", "-1"])

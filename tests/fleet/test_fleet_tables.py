@@ -322,7 +322,7 @@ def test_positions_are_numbers_in_their_units(tmp_path, content, message):
         (b"path,weight\nS1002,1\n", "no column file; columns: path, weight; add the column"),
         (b"file,weight\n", "row 1 is missing"),
         (b'file,weight\n"S1002,1\n', "row 1 (line 2): not CSV"),
-        (b"file,weight\nS1002\n", "row 1 (line 2): 1 cells for 2 columns"),
+        (b"file,weight\nS1002\n", "row 1 (line 2): 1 cell for 2 named columns"),
         (b"file,weight\n,1\n", "row 1: file is empty"),
         (b"file,weight\nS10\x0002,1\n", "line 2 has a NUL character"),
     ],

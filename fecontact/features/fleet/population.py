@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.errors import InputError
+from fecontact.features.fleet.file_lists import is_file_table, refuse_unclear_table
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.table_columns import (
@@ -28,8 +29,8 @@ from fecontact.features.fleet.table_columns import (
     select_reading_values,
 )
 from fecontact.files import path_exists
-from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
-from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table, reduce_name
+from fecontact.inputs.table_files import open_table_file
+from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table
 from fecontact.profiles.library import find_library_name, is_library_name
 from fecontact.profiles.readers.columns import file_bytes
 
@@ -38,8 +39,6 @@ Pair = tuple[str, str]
 """Names of a wheel and a rail."""
 # Endings of the files of the other body; a folder of an instrument has files of both bodies.
 _SUFFIXES_OF_THE_OTHER_BODY = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
-# Names of a column by which a CSV file is recognised as a list of files.
-_FILE_COLUMNS = {"file", "files", "filename", "path", "filepath"}
 _LISTED_COLUMNS = ("file", "name", "weight")
 
 
@@ -125,9 +124,10 @@ def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]
             for file in files
             if file.suffix.lower() not in _SUFFIXES_OF_THE_OTHER_BODY[body]
         )
-    elif is_parquet(path) or _is_table(path):
+    elif is_file_table(path):
         yield from _read_table_candidates(path, body)
     else:
+        refuse_unclear_table(path, body)
         yield _make_file_candidate(path, body)
 
 
@@ -158,13 +158,6 @@ def _match_pattern(folder: Path, pattern: str, body: Body) -> list[Path]:
 def _make_file_candidate(path: Path, body: Body) -> Candidate:
     """Profile of a file without a table."""
     return Candidate(body=body, name=path.stem, spec=str(path.absolute()))
-
-
-def _is_table(path: Path) -> bool:
-    """Whether a CSV file lists files and is not a profile."""
-    if path.suffix.lower() != ".csv" or not path.is_file():
-        return False
-    return not _FILE_COLUMNS.isdisjoint(map(reduce_name, guess_column_names(path)))
 
 
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
@@ -252,7 +245,7 @@ def describe_tables(fleet: Fleet) -> list[str]:
         (text, make_profile_layout(body), True)
         for body, texts in zip(BODIES, (fleet.wheels, fleet.rails), strict=True)
         for text in texts
-        if (path := fleet.folder / text).is_file() and (is_parquet(path) or _is_table(path))
+        if is_file_table(fleet.folder / text)
     ]
     if fleet.pairing.table is not None:
         tables.append((fleet.pairing.table, PAIR_LAYOUT, False))
