@@ -8,12 +8,15 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
+from inline import inline_crew, stand_ins
 
 import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import normalise_weights, read_fleet
 from fecontact.features.fleet.population import find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.report import write_report
 from fecontact.profiles.examples import write_examples
 
 FLEET = """
@@ -270,6 +273,67 @@ def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
     # names are made different, whatever the files are called
     (mixed / "a.txt").write_text("1 2\n")
     assert [candidate.name for candidate in find_candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
+
+
+def list_wheels(path):
+    """Names of the wheels of a fleet, and of those that cannot be used."""
+    candidates = find_candidates(read_fleet(path), "wheel")
+    return [one.name for one in candidates], [one.name for one in candidates if one.problem]
+
+
+def test_a_file_is_counted_once_by_its_real_path(tmp_path):
+    _, wheel = write_examples(tmp_path / "one")
+    folder = tmp_path / "wheels"
+    folder.mkdir()
+    shutil.copyfile(wheel, folder / "a.csv")
+    (folder / "b.csv").symlink_to("a.csv")
+    (tmp_path / "linked").symlink_to("wheels")
+    (tmp_path / "table.csv").write_text("file,weight\nwheels/a.csv,3\n")
+    for texts, weight in (
+        (["wheels"], 1.0),
+        (["wheels", "wheels/*.csv", "wheels/a.csv", "./wheels/../wheels/a.csv", "linked"], 1.0),
+        (["wheels", "table.csv"], 3.0),
+        (["table.csv", "linked/*"], 3.0),
+    ):
+        path = written(tmp_path, FLEET.replace('"wheels.csv"', json.dumps(texts)))
+        (candidate,) = find_candidates(read_fleet(path), "wheel")
+        assert (candidate.weight, candidate.problem) == (weight, ""), texts
+
+
+def test_files_of_the_fleet_and_results_are_not_profiles(tmp_path):
+    """The folder of the fleet has its file, its tables, a study and results of the program."""
+    folder = tmp_path / "fleet"
+    folder.mkdir()
+    _, wheel = write_examples(tmp_path / "one")
+    shutil.copyfile(wheel, folder / "a.csv")
+    (folder / "pairs.csv").write_text("wheel,rail\na,60E1\n")
+    (folder / "places.csv").write_text("shift_mm,load_kN\n0,60\n")
+    (folder / "rails.csv").write_text("file\n60E1\n")
+    (folder / "study.toml").write_text("[[case]]\nload_kN = 60\n")
+    texts = TOGETHER.replace('"wheels.csv"', '"a.csv"').replace('["60E1", "54E1"]', '"rails.csv"')
+    path = written(folder, texts + '[pairs]\ntable = "pairs.csv"\n', wheels="file\na.csv\n")
+    for out in (folder, folder / "out"):
+        with stand_ins(inline_crew(), None, ""):
+            fecontact.run_fleet(path, out)
+        write_report(evaluate_fleet(out), out)
+    definition = path.read_text("utf-8")
+
+    def check_wheels() -> None:
+        for text in (".", "*", "./*", "**/*", "../fleet/*", "*.*", "**/*.csv"):
+            path.write_text(definition.replace('"a.csv"', json.dumps(text)), "utf-8")
+            assert list_wheels(path) == (["a"], []), text
+
+    check_wheels()
+    # also after a run that ended before its record was written
+    for out in (folder, folder / "out"):
+        (out / "fleet.json").unlink()
+        (out / "answer.json").unlink()
+    shutil.rmtree(folder / "report")
+    shutil.rmtree(folder / "out/report")
+    for out in (folder, folder / "out"):
+        for name in ("answer.csv", "report.html"):
+            (out / name).unlink()
+    check_wheels()
 
 
 def test_check_counts_positions_without_reading_profiles(tmp_path, capsys):

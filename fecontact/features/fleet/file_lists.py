@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from fecontact.errors import InputError
+from fecontact.features.fleet.sealed_folder import ANSWER_RECORD, SAMPLE_RECORD
 from fecontact.features.fleet.table_columns import Body
+from fecontact.files import list_companions, read_json, read_toml
 from fecontact.inputs.table_files import guess_cells, is_parquet, is_workbook
 from fecontact.inputs.user_tables import reduce_name
+from fecontact.jobs.store import LOCK, MANIFEST
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.readers.columns import is_miniprof
 from fecontact.profiles.readers.formats import READERS
 from fecontact.profiles.readers.numerals import parse_number
+from fecontact.runs.casefile import list_result_files
 
+# Files of a run, also of a run that ended early.
+_RUN_FILES = (LOCK, "run.log")
+# Endings of files in a folder of results that are no profiles.
+_REPORT_SUFFIXES = (".html", ".png", ".svg", ".json", ".log", ".parquet")
+# Folders above a file in which a record may name it: `sample/cases/ID/profiles/rail/` is the deepest folder.
+_LEVELS = 6
 # Names of a column by which a text is recognised as a list of files.
 _FILE_COLUMNS = {"file", "files", "filename", "path", "filepath"}
 _TEXT_SUFFIXES = (".csv", ".tsv", ".tab", ".txt", "")
@@ -39,6 +49,64 @@ def is_file_table(path: Path) -> bool:
         return False
     names = next(iter(guess_cells(path)), ())
     return not _FILE_COLUMNS.isdisjoint(map(reduce_name, names))
+
+
+def select_profile_files(files: Iterable[Path], tables: Iterable[Path]) -> Iterator[Path]:
+    """Files of a folder or a glob that may be profiles.
+
+    Results of the program, files of fleets and of studies, and tables are left out.
+
+    Parameters
+    ----------
+    files
+        Files in their order.
+    tables
+        Tables of pairs and of positions of the fleet.
+
+    Yields
+    ------
+    Path
+        A file that may be a profile.
+    """
+    own_tables = {table.resolve() for table in tables}
+    results: dict[Path, frozenset[Path]] = {}
+    for path in files:
+        file = path.resolve()
+        is_result = path.name in _RUN_FILES or any(
+            file in (results[folder] if folder in results else results.setdefault(folder, _list_results(folder)))
+            for folder in file.parents[:_LEVELS]
+        )
+        if not (is_result or file in own_tables or is_file_table(path) or _is_definition(path)):
+            yield path
+
+
+def _list_results(folder: Path) -> frozenset[Path]:
+    """Files in a folder or below it that its manifest or its records name, and these records."""
+    names: set[str] = set()
+    for record in (MANIFEST, SAMPLE_RECORD, ANSWER_RECORD, *list_result_files()):
+        if not (folder / record).is_file():
+            continue
+        names.add(record)
+        if record != MANIFEST:
+            names |= {path.name for path in folder.iterdir() if path.suffix.lower() in _REPORT_SUFFIXES}
+        try:
+            document = read_json(folder / record)
+            names |= {*(document["files"] if record == MANIFEST else list_companions(document))}
+        except (InputError, KeyError, TypeError, AttributeError):
+            # a damaged record names no other files
+            continue
+    return frozenset(folder / name for name in names)
+
+
+def _is_definition(path: Path) -> bool:
+    """Whether a file defines a fleet or a study instead of a profile."""
+    if path.suffix.lower() != ".toml":
+        return False
+    try:
+        keys = read_toml(path, str(path)).keys()
+    except InputError:
+        return False
+    return {"wheels", "rails"} <= keys or "case" in keys
 
 
 def refuse_unclear_table(path: Path, body: Body) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.errors import InputError
-from fecontact.features.fleet.file_lists import is_file_table, refuse_unclear_table
+from fecontact.features.fleet.file_lists import is_file_table, refuse_unclear_table, select_profile_files
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.table_columns import (
@@ -64,6 +64,8 @@ class Candidate:
         Reason why it is not read.
     copy_of
         Name of an earlier profile with the same content and the same options; empty if there is none.
+    has_row
+        Whether it is a row of a table.
     """
 
     body: Body
@@ -76,6 +78,7 @@ class Candidate:
     problem: str = ""
     remedy: str = ""
     copy_of: str = ""
+    has_row: bool = False
 
 
 def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
@@ -99,8 +102,8 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
         If there is no file, there are too many, or a table cannot be read.
     """
     texts = fleet.wheels if body == "wheel" else fleet.rails
-    all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet.folder, text, body))
-    profiles = list(islice(all_candidates, MOST_FILES + 1))
+    all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet, text, body))
+    profiles = _count_once(list(islice(all_candidates, MOST_FILES + 1)))
     if not profiles:
         raise InputError(f"[{body}s]: no file in {', '.join(texts)}; give a folder or a glob with at least one file")
     if len(profiles) > MOST_FILES:
@@ -110,15 +113,33 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
     return [_check_content(_assign_unique_name(_check_path(candidate), names), contents) for candidate in profiles]
 
 
-def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
+def _count_once(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates without repetitions of a file that has the same real path.
+
+    The row of a table counts in place of the same file in a folder. Several rows of a file stay.
+    """
+    paths = [os.path.realpath(candidate.spec) for candidate in candidates]
+    seen = {path for candidate, path in zip(candidates, paths, strict=True) if candidate.has_row}
+    counted = []
+    for candidate, path in zip(candidates, paths, strict=True):
+        if candidate.has_row or path not in seen or is_library_name(candidate.spec):
+            counted.append(candidate)
+        seen.add(path)
+    return counted
+
+
+def _find_candidates(fleet: Fleet, text: str, body: Body) -> Iterator[Candidate]:
     """Profiles of a text: a name of the library, a glob, a folder, a table or a file."""
-    path = folder / text
+    folder, path = fleet.folder, fleet.folder / text
+    tables = [folder / table for table in (fleet.pairing.table, fleet.positions_table) if table is not None]
     if is_library_name(text) and not path.exists():
         yield Candidate(body=body, name=text, spec=text)
     elif not os.path.exists(path) and any(sign in text for sign in "*?["):
-        yield from (_make_file_candidate(file, body) for file in _match_pattern(folder, text, body))
+        files = select_profile_files(_match_pattern(folder, text, body), tables)
+        yield from (_make_file_candidate(file, body) for file in files)
     elif path.is_dir():
-        files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
+        visible_files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
+        files = select_profile_files(visible_files, tables)
         yield from (
             _make_file_candidate(file, body)
             for file in files
@@ -179,6 +200,7 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
             weight=row.values.get("weight", 1.0),
             known={name: value for name, value in row.values.items() if name not in _LISTED_COLUMNS},
             metadata=row.metadata,
+            has_row=True,
         )
 
 
