@@ -356,3 +356,63 @@ def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
     assert texts[0] == texts[1] != texts[2]
     assert np.loadtxt(tmp_path / "a/rails/rail00000.csv", delimiter=",", skiprows=2).shape[1] == 2
     assert json.dumps(fecontact.check_fleet(tmp_path / "a/fleet.toml").positions) == "10"
+
+
+@pytest.mark.parametrize(
+    ("table", "option"),
+    [
+        ("file\na.csv\n", '[case.wheel_file]\ncolumns = "3,4"\n'),
+        ('file,columns\na.csv,"3,4"\n', ""),
+        ('file,columns\na.csv,"y,x"\n', ""),
+        ("file\na.csv\n", "[case.wheel_file]\nsection = 2\n"),
+        ("file\nempty.csv\n", ""),
+        ("file\nmissing.csv\n", ""),
+        ("file,accepted\na.csv,no\n", ""),
+        ("file\nrail.csv\n", ""),
+        ("file\nfew.csv\n", ""),
+        ("file\nrail.ban\n", ""),
+        ("file,tape_circle_mm\nS1002.toml,2000\n", ""),
+    ],
+)
+def test_check_refuses_what_a_run_refuses_with_the_same_text(tmp_path, table, option):
+    rail, wheel = write_examples(tmp_path / "one")
+    for source, name in ((wheel, "a.csv"), (rail, "rail.csv"), (rail, "rail.ban")):
+        shutil.copyfile(source, tmp_path / name)
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "few.csv").write_text("0,0\n1,0\n")
+    path = written(tmp_path, FLEET + option, wheels=table)
+    messages = []
+    for use in (fecontact.check_fleet, lambda file: fecontact.run_fleet(file, tmp_path / "out")):
+        with stand_ins(inline_crew(), None, ""):
+            try:
+                use(path)
+            except InputError as error:
+                messages.append(str(error))
+            else:
+                messages.append("")
+    assert messages[0] == messages[1] != ""
+
+
+def test_check_and_run_print_each_kind_of_refusal_once(tmp_path, capsys):
+    _, wheel = write_examples(tmp_path / "one")
+    shutil.copyfile(wheel, tmp_path / "good.csv")
+    for number in range(5):
+        (tmp_path / f"bad{number}.csv").write_text(f"0,{number}\n1,0\n")
+        (tmp_path / f"text{number}.csv").write_text(f"nothing {number}\n")
+    names = ["good", *(f"{kind}{number}" for kind in ("bad", "text") for number in range(5))]
+    path = written(tmp_path, wheels="file\n" + "".join(f"{name}.csv\n" for name in names))
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "check", str(path)]) == 0
+        checked = capsys.readouterr()
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out")]) == 0
+    run = capsys.readouterr()
+    lines = [line for line in checked.err.splitlines() if line.startswith("  5 files, wheel ")]
+    assert [line.partition(": ")[0] for line in lines] == [
+        "  5 files, wheel bad0, wheel bad1, wheel bad2, ...",
+        "  5 files, wheel text0, wheel text1, wheel text2, ...",
+    ]
+    assert all("; " in line for line in lines)
+    assert [line for line in run.err.splitlines() if line.startswith("  5 files, wheel ")] == lines
+    assert "10 files cannot be used:" in checked.err
+    assert "1 wheel, 2 rails, 2 pairs, 4 positions" in checked.out
+    assert "10 of 13 files could not be read:" in run.err

@@ -272,7 +272,7 @@ def test_a_path_that_is_not_utf_8_is_refused_and_the_others_are_read(tmp_path, r
         ("y", "read", ""),
     ]
     write_csv(folder / "wheels.csv", "file\nw.csv\n")
-    assert "[wheels]: no file can be read; first reason: the name of the file" in refusal(write_fleet_file(folder))
+    assert "[wheels]: 0 of 1 file can be used; first reason: the name of the" in refusal(write_fleet_file(folder))
 
 
 def test_names_of_pairs_are_the_texts_of_the_tables(tmp_path):

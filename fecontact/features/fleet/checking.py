@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,14 +12,21 @@ from fecontact.arrays import Floats
 from fecontact.case import Case, describe_unusual_inputs
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
+from fecontact.features.fleet.packages import import_parquet
+from fecontact.features.fleet.pair_jobs import weigh_pairs
 from fecontact.features.fleet.population import (
     BODIES,
     Candidate,
     describe_tables,
     list_candidates,
-    weigh_candidate_pairs,
 )
-from fecontact.features.fleet.profile_files import select_reading
+from fecontact.features.fleet.profile_files import (
+    check_profile,
+    list_reasons,
+    mark_unusable,
+    select_reading,
+    with_radius,
+)
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import (
     FLEET_FILE,
@@ -27,6 +35,9 @@ from fecontact.features.fleet.sealed_folder import (
 )
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
+    READ,
+    REFUSED,
+    SUSPICIOUS,
     Body,
     select_case_values,
     select_reading_values,
@@ -48,12 +59,12 @@ _SAMPLE_MB = (5.0, 7.5)
 
 @dataclass(frozen=True, kw_only=True)
 class FleetCost:
-    """Size and cost of a fleet, without reading its files.
+    """Size and cost of a fleet, before its files are smoothed.
 
     Attributes
     ----------
     wheels, rails, pairs, positions
-        Numbers of profiles, of pairs, and of positions of all pairs.
+        Numbers of usable profiles, of pairs, and of positions of all pairs.
     cpu_seconds
         CPU time of the screening.
     memory_MB
@@ -62,6 +73,8 @@ class FleetCost:
         Sentence on the columns of each table: inputs, metadata, and names that may be a mistake.
     copies
         Sentence on the copies of each body, such as "10000 wheel files, of which 9999 are copies of other files".
+    unusable
+        Reasons and remedies of the files that cannot be used, without copies, by body and name.
     notes
         Unusual inputs that all positions have.
     """
@@ -74,19 +87,21 @@ class FleetCost:
     memory_MB: float
     tables: tuple[str, ...] = ()
     copies: tuple[str, ...] = ()
+    unusable: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
         """Numbers and memory in a sentence, without the time."""
-        files = f"{self.wheels} wheels, {self.rails} rails, {self.pairs} pairs, {self.positions} positions"
-        return f"{files}; about {self.memory_MB:.0f} MB per worker"
+        counts = {"wheel": self.wheels, "rail": self.rails, "pair": self.pairs, "position": self.positions}
+        numbers = ", ".join(count_text(number, noun) for noun, number in counts.items())
+        return f"{numbers}; about {self.memory_MB:.0f} MB per worker"
 
 
 def check_fleet(fleet: str | Path) -> FleetCost:
     """Estimate the positions of a fleet, and their time and memory.
 
-    Only tables are read, no profiles.
+    All tables and the points of all files are read; nothing is smoothed.
 
     Parameters
     ----------
@@ -101,7 +116,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     Raises
     ------
     InputError
-        As `run_fleet` does, for errors that can be found without reading a profile.
+        As `run_fleet` does, for errors that can be found without smoothing a profile.
 
     Examples
     --------
@@ -115,29 +130,25 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     (2, 3, 6)
     """
     definition = read_fleet(Path(fleet))
-    candidates = list_candidates(definition)
-    weights: dict[str, dict[str, float]] = {body: {} for body in BODIES}
-    for candidate in candidates:
-        if not candidate.problem:
-            weights[candidate.body][candidate.name] = candidate.weight
-    for body, body_weights in weights.items():
-        if not body_weights:
-            reason = next(candidate.problem for candidate in candidates if candidate.body == body)
-            raise InputError(f"[{body}s]: no file can be read; first reason: {reason}; correct the list of files")
-    known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
-    pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
+    import_parquet()
+    candidates = [
+        mark_unusable(definition, with_radius(definition, candidate)) for candidate in list_candidates(definition)
+    ]
+    profiles = [check_profile(definition, candidate) for candidate in candidates]
+    pairs = len(weigh_pairs(definition, profiles))
+    counts = Counter(profile.candidate.body for profile in profiles if profile.record["status"] == READ)
     positions, variants = len(definition.positions), len(definition.filters_mm)
     pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
-    files = sum(map(len, weights.values()))
     return FleetCost(
-        wheels=len(weights["wheel"]),
-        rails=len(weights["rail"]),
+        wheels=counts["wheel"],
+        rails=counts["rail"],
         pairs=pairs,
         positions=pairs * positions,
-        cpu_seconds=files * _FILE_S + pairs * pair_seconds,
+        cpu_seconds=counts.total() * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
+        unusable=list_reasons([profile for profile in profiles if not profile.candidate.copy_of], REFUSED, SUSPICIOUS),
         notes=describe_unusual_inputs([definition.case]),
     )
 

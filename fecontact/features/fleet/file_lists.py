@@ -135,8 +135,7 @@ def refuse_unclear_table(path: Path, body: Body) -> None:
         raise InputError(f"[{body}s]: {path} is empty; {remedy}")
     if any(map(_are_numbers, lines)):
         return
-    has_files = any(_is_file_cell(cell) for cells in lines[1:] for cell in cells)
-    if has_files or max(sum(parse_number(cell) is not None for cell in cells) for cells in lines) < 2:
+    if any(_is_file_cell(cell) for cells in lines[1:] for cell in cells):
         headings = ", ".join(lines[0])
         raise InputError(
             f"[{body}s]: {path} has no line of numbers, as points have, and no heading file, as a table has; its first"

@@ -20,7 +20,7 @@ from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_rea
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
-from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
+from fecontact.features.fleet.sealed_folder import PAIR_JOBS, SCREEN, list_own_parts
 from fecontact.features.fleet.table_columns import (
     READ,
     SUSPICIOUS,
@@ -30,6 +30,7 @@ from fecontact.features.fleet.table_columns import (
 )
 from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import WorkersLost
 from fecontact.profiles.library import is_library_name
@@ -65,15 +66,18 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     """
     weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
     for profile in profiles:
-        if profile.stored is not None:
+        if profile.record["status"] == READ:
             weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
     for body, body_weights in weights.items():
         if not body_weights:
             unusable = [profile for profile in profiles if profile.candidate.body == body]
-            reason = f"first reason: {read_refusal_reason(unusable[0])}; all reasons: {PROFILES}"
+            reason = f"first reason: {read_refusal_reason(unusable[0])}"
             if unread := [profile for profile in unusable if profile.record["status"] == UNREAD]:
                 raise WorkersLost(f"[{body}s]: no file could be read; {reason}; {unread[0].record['remedy']}")
-            raise InputError(f"[{body}s]: no file could be used; {reason}; remedy: {unusable[0].record['remedy']}")
+            raise InputError(
+                f"[{body}s]: 0 of {count_text(len(unusable), 'file')} can be used; {reason}; remedy:"
+                f" {unusable[0].record['remedy']}"
+            )
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
     return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 

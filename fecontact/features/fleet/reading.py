@@ -24,7 +24,7 @@ from fecontact.profiles.curve import Profile
 from fecontact.profiles.flange import measure_flange
 from fecontact.profiles.library import is_library_name, load_library_profile
 from fecontact.profiles.plausibility import find_suspicions
-from fecontact.profiles.points import check_points, is_exact
+from fecontact.profiles.points import ProfilePoints, check_points, is_exact
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import fit_profile
 from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
@@ -190,11 +190,7 @@ class ReadingProfile:
             raise
         except InputError as error:
             self._refuse_changed_file()
-            reason, _, remedy = str(error).partition("; ")
-            record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
-            if isinstance(error, SuspiciousProfileError):
-                record["suspicions"] = [asdict(Suspicion(kind=error.kind, text=reason))]
-            write_json(folder / _RECORD_FILE, record)
+            write_json(folder / _RECORD_FILE, _make_refusal_record(error))
             return WorkResult()
         self._refuse_changed_file()
         suspicions = find_suspicions(variants[0], self.reading, self.gauge_depth_mm)
@@ -203,29 +199,64 @@ class ReadingProfile:
             _store_variants(variants, folder / _VARIANTS_FILE)
         return WorkResult()
 
+    def find_refusal(self) -> dict[str, Any] | None:
+        """Read the points without smoothing them.
+
+        Returns
+        -------
+        dict or None
+            Record of a file that is refused; None if the points can be used.
+
+        Raises
+        ------
+        MemoryShortageError
+            If the memory does not suffice.
+        """
+        try:
+            self._read_content()
+        except MemoryShortageError:
+            raise
+        except InputError as error:
+            return _make_refusal_record(error)
+        return None
+
     def _refuse_changed_file(self) -> None:
         """Raise OSError if the file changed or can no longer be read: its reading is not a result of its content."""
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
 
-    def _read_variants(self) -> list[Profile]:
-        """Variants of the profile, in the order of the wave lengths.
+    def _read_content(self) -> Profile | ProfilePoints:
+        """The only variant of the profile, or points that are smoothed over each wave length.
 
         A profile of the library, of exact segments or of few or exact points has a single variant.
         """
         exact_reading = replace(self.reading, filter_mm=0.0)
         if is_library_name(self.spec):
-            return [_resolve_exact(self.body, self.spec, self.reading)]
+            return _resolve_exact(self.body, self.spec, self.reading)
         content = read_profile_content(self.spec, self.body, self.reading)
-        if isinstance(content, Profile):
-            return [content]
-        if (
+        if isinstance(content, ProfilePoints) and (
             self.reading.filter_mm == 0.0
             or len(content.points) < _FEWEST_POINTS
             or is_exact(check_points(content, exact_reading).points)
         ):
-            return [fit_profile(content, exact_reading)]
+            return fit_profile(content, exact_reading)
+        return content
+
+    def _read_variants(self) -> list[Profile]:
+        """Variants of the profile, in the order of the wave lengths."""
+        content = self._read_content()
+        if isinstance(content, Profile):
+            return [content]
         return [fit_profile(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
+
+
+def _make_refusal_record(error: InputError) -> dict[str, Any]:
+    """Record of a file that is refused, with its suspicion if the file may be of the other body or side."""
+    reason, _, remedy = str(error).partition("; ")
+    record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
+    if isinstance(error, SuspiciousProfileError):
+        record["suspicions"] = [asdict(Suspicion(kind=error.kind, text=reason))]
+    return record
 
 
 def _make_record(variants: list[Profile]) -> dict[str, Any]:

@@ -19,10 +19,9 @@ from fecontact.features.fleet.packages import import_parquet
 from fecontact.features.fleet.pair_jobs import find_suspicious_share, screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import (
-    ReadProfile,
+    list_reasons,
     mark_unusable,
     read_profiles,
-    read_refusal_reason,
     with_radius,
 )
 from fecontact.features.fleet.reading import find_origin
@@ -59,7 +58,7 @@ class FleetScreening:
     verdicts
         Weight of each verdict; they sum to 1.
     profiles, refused
-        Number of files, and reasons of the refused files.
+        Number of files, and reasons and remedies of the refused files.
     reused
         Number of pairs that were finished before.
     failed
@@ -102,19 +101,6 @@ class FleetScreening:
                 f" {1e2 * self.suspicious_share:.1f} % of the pairs, by weight, are left out for them"
             )
         return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
-
-
-def _list_reasons(profiles: Sequence[ReadProfile], status: str) -> dict[str, str]:
-    """Reasons of the profiles with a status, by body and name.
-
-    The reason of a suspicious profile has its remedy.
-    """
-    return {
-        f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
-        + (f"; {profile.record['remedy']}" if status == SUSPICIOUS else "")
-        for profile in profiles
-        if profile.record["status"] == status
-    }
 
 
 def refuse_part(settings: RunSettings) -> None:
@@ -203,9 +189,9 @@ def run_fleet(
             positions=len(pairs) * len(definition.positions),
             verdicts={name: share for name, share in verdict_weights.items() if share},
             profiles=len(profiles),
-            refused=_list_reasons(profiles, REFUSED),
-            unread=_list_reasons(profiles, UNREAD),
-            suspicious=_list_reasons(profiles, SUSPICIOUS),
+            refused=list_reasons(profiles, REFUSED),
+            unread=list_reasons(profiles, UNREAD),
+            suspicious=list_reasons(profiles, SUSPICIOUS),
             suspicious_share=find_suspicious_share(definition, profiles),
             reused=len(pair_run.reused) - reused_files,
             failed=failed,
