@@ -11,7 +11,7 @@ from typing import Any
 from fecontact.arrays import Floats
 from fecontact.case import Case, describe_unusual_inputs
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import Fleet, read_fleet
+from fecontact.features.fleet.model import Fleet, ScreeningTheory, read_fleet
 from fecontact.features.fleet.packages import import_parquet
 from fecontact.features.fleet.pair_jobs import weigh_pairs
 from fecontact.features.fleet.population import (
@@ -48,10 +48,14 @@ from fecontact.files import hash_file
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.resolve import read_profile_content, select_used_options
 
-# CPU seconds per file, per pair, per shift and per position on each profile variant of it; MB per worker, kB per pair
-# in the process that distributes the pairs. 100 measured wheels on 10 measured rails at ten positions took 0.9 s per
-# pair on a busy machine.
-_FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 0.6, 0.1, 0.02, 0.025, 270.0, 4.0
+# CPU seconds per file of 600 points, per pair, and per shift of a pair on each profile variant; MB per worker, kB per
+# pair in the process that distributes the pairs. Pairs of 1 to 50 positions took 0.067 to 1.53 s by strips.
+_FILE_S, _PAIR_S, _PLACE_S, _WORKER_MB, _PAIR_KB = 0.35, 0.025, 0.006, 270.0, 4.0
+# CPU seconds per position of a pair on each profile variant.
+_POSITION_S: Mapping[ScreeningTheory, float] = {"strip": 0.016, "half_space": 0.07}
+# Seconds before the first result of each worker and after the last: a process imports the program in 2 s, once for the
+# files and once for the pairs; its first pair takes 1 s more; tables and the end take 1 s.
+_START_S = 6.0
 # A solved case of a sample with its fields and pictures: 5.2 MB in the mean of five positions of worn examples, 7.4 MB
 # for measured profiles with two patches.
 _SAMPLE_MB = (5.0, 7.5)
@@ -66,7 +70,7 @@ class FleetCost:
     wheels, rails, pairs, positions
         Numbers of usable profiles, of pairs, and of positions of all pairs.
     cpu_seconds
-        CPU time of the screening.
+        CPU time of reading and screening, without the start of processes.
     memory_MB
         Memory of a worker.
     tables
@@ -89,6 +93,21 @@ class FleetCost:
     copies: tuple[str, ...] = ()
     unusable: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def estimate_seconds(self, workers: int) -> float:
+        """Expected time of a run on an idle machine, in s.
+
+        Parameters
+        ----------
+        workers
+            Number of processes, at most one for each core.
+
+        Returns
+        -------
+        float
+            Time from this estimate to the end of the run, with the start of the processes, without a report.
+        """
+        return _START_S + self.cpu_seconds / min(workers, max(1, self.pairs))
 
     @property
     def words(self) -> str:
@@ -138,7 +157,9 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     pairs = len(weigh_pairs(definition, profiles))
     counts = Counter(profile.candidate.body for profile in profiles if profile.record["status"] == READ)
     positions, variants = len(definition.positions), len(definition.filters_mm)
-    pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
+    pair_seconds = _PAIR_S + variants * (
+        len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S[definition.theory]
+    )
     return FleetCost(
         wheels=counts["wheel"],
         rails=counts["rail"],
