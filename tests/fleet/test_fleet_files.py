@@ -14,6 +14,7 @@ import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.examples import write_fleet
 from fecontact.features.fleet.model import normalise_weights, read_fleet
 from fecontact.features.fleet.population import find_candidates, weigh_candidate_pairs
 from fecontact.features.fleet.report import write_report
@@ -112,7 +113,7 @@ def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
     [
         ("weights = [1, 3]", "weights = [1, -3]", r"weight of 0.0 is -3; allowed: finite and >= 0"),
         ("weights = [1, 3]", "weights = [0, 0]", r"\[shifts_mm\]: weights: the sum of the weights is 0"),
-        ("weights = [1, 3]", "weights = [1]", "1 weights for 2 values"),
+        ("weights = [1, 3]", "weights = [1]", "1 weight for 2 values"),
         ("values = [60]", "values = []", "loads_kN"),
         ("values = [60]", "values = [60, -60]", "-60"),
         ("values = [2, 0]", "values = [2, nan]", "nan"),
@@ -416,3 +417,33 @@ def test_check_and_run_print_each_kind_of_refusal_once(tmp_path, capsys):
     assert "10 files cannot be used:" in checked.err
     assert "1 wheel, 2 rails, 2 pairs, 4 positions" in checked.out
     assert "10 of 13 files could not be read:" in run.err
+
+
+def test_single_things_are_singular(tmp_path, capsys):
+    text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "values = [0]").replace('["60E1", "54E1"]', '"60E1"')
+    path = written(tmp_path, text, wheels="file\nS1002\nmissing.csv\n")
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
+        assert call(["fleet", "check", str(path)]) == 0
+    printed = capsys.readouterr()
+    text = printed.out + printed.err
+    assert "1 wheel, 1 rail, 1 pair, 1 position" in text
+    assert "with 1 worker\n" in text
+    assert "1 position of 1 pair, by weight" in text
+    assert "1 of 1 pair finished by an earlier run" in text
+    assert "1 file cannot be used:" in text
+    assert "0 of 1 pair done" in text
+    assert not re.search(r"(?<![\d.])1 (?:pairs|positions|wheels|rails|files|workers)\b", text)
+
+
+@pytest.mark.parametrize(("count", "idle_s"), [(2, 9.0), (4, 13.0), (10, 35.0)])
+def test_the_expected_time_is_within_a_factor_of_two(tmp_path, count, idle_s):
+    """Compared with runs of the example by two workers, from the CPU time of all processes (November 2026)."""
+    cost = fecontact.check_fleet(write_fleet(tmp_path, wheels=count, rails=count))
+    assert cost.pairs == count**2
+    assert 0.5 < cost.estimate_seconds(2) / idle_s < 2.0
+    # the half-space takes four times as long
+    path = tmp_path / "fleet.toml"
+    path.write_text(path.read_text("utf-8").replace('"strip"', '"half_space"'), "utf-8")
+    assert fecontact.check_fleet(path).cpu_seconds > 2.0 * cost.cpu_seconds

@@ -66,7 +66,7 @@ def test_a_file_that_the_machine_could_not_read_is_not_a_refused_file(path, monk
     out = path.with_name("out")
     with stand_ins(inline_crew(), None, ""):
         assert call(["fleet", "run", str(path), "--out", str(out)]) == 3
-    assert "1 of 3 files were not read for want of memory, disk space or workers; run the same command again:\n" in (
+    assert "not read: 1 of 3 files, for want of memory, disk space or workers; run the same command again:\n" in (
         said := capsys.readouterr().err
     )
     assert f"  wheel S1002: {reason}" in said

@@ -33,6 +33,7 @@ from fecontact.features.fleet.sealed_folder import (
 )
 from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, quote_column
 from fecontact.files import read_json
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import Record
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
     )
     changed = row["drawn"] - row["unchanged"]
     reason = (
-        f"{changed} drawn positions have a different screen verdict or weight since the draw"
+        f"since the draw, the screen verdict or the weight changed at {count_text(changed, 'drawn position')}"
         if changed
         else "the positions were screened again with a different result since the sample was drawn"
     )

@@ -40,7 +40,7 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         position) and fleet.json. A file that you add later costs only the time of this file and its pairs.
     """
     from fecontact.features.fleet.profile_files import group_reasons
-    from fecontact.features.fleet.running import refuse_part, run_fleet
+    from fecontact.features.fleet.running import describe_suspicious, refuse_part, run_fleet
     from fecontact.features.fleet.sealed_folder import prepare_for_fleet
 
     settings = how.settings()
@@ -53,20 +53,22 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         print_result(screening.headline, quiet=how.quiet)
         if screening.reused:
             print_result(
-                f"{screening.reused} of {screening.pairs} pairs were finished by an earlier run", quiet=how.quiet
+                f"{screening.reused} of {count_text(screening.pairs, 'pair')} finished by an earlier run",
+                quiet=how.quiet,
             )
         print_reasons(
             f"{len(screening.refused)} of {count_text(screening.profiles, 'file')} could not be read",
             group_reasons(screening.refused),
         )
         print_reasons(
-            f"{len(screening.suspicious)} of {screening.profiles} files are suspicious, and"
+            f"{describe_suspicious(len(screening.suspicious), screening.profiles)}, and"
             f" {1e2 * screening.suspicious_share:.1f} % of the pairs, by weight, are left out for them; settle each"
             " in its row of the table, and run the same command again (pictures: fecontact fleet report)",
             group_reasons(screening.suspicious),
         )
         print_reasons(
-            f"{len(screening.unread)} of {screening.profiles} files were not read for want of memory, disk space or"
+            f"not read: {len(screening.unread)} of {count_text(screening.profiles, 'file')}, for want of"
+            " memory, disk space or"
             " workers; run the same command again",
             group_reasons(screening.unread),
         )
@@ -80,12 +82,13 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
                 write_to_log(f"{name}: {note}")
         if screening.notes:
             print_result(
-                f"the readers made assumptions about {len(screening.notes)} of {screening.profiles} files, such as the"
+                f"the readers made assumptions about {len(screening.notes)} of"
+                f" {count_text(screening.profiles, 'file')}, such as the"
                 f" side or the origin; see the notes in {out / 'run.log'}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
-        print_reasons(f"{len(failed)} of {screening.pairs} pairs failed", failed)
+        print_reasons(f"{len(failed)} of {count_text(screening.pairs, 'pair')} failed", failed)
         report_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
     return 3 if screening.failed or screening.unread else 0
 
@@ -133,7 +136,10 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> FleetCost:  #
     for sentence in (*cost.tables, *cost.copies, *cost.notes):
         say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
-    say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
+    say(
+        f"{cost.words}; about {format_duration(cost.estimate_seconds(workers))} with {count_text(workers, 'worker')}",
+        quiet=how.quiet,
+    )
     return cost
 
 

@@ -15,6 +15,7 @@ from fecontact.features.fleet.table_columns import POSITION_LAYOUT
 from fecontact.files import read_toml
 from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
 from fecontact.inputs.slots import input_dataclass, read_table
+from fecontact.inputs.texts import count_text
 from fecontact.inputs.user_tables import read_user_table
 from fecontact.runs.toml_cases import read_case_table
 
@@ -121,12 +122,14 @@ class Distribution:
             )
         if self.values is None and len(getattr(self, present[0])) != 2:
             raise InputError(
-                f"{present[0]} has {len(getattr(self, present[0]))} numbers; allowed: 2; give mean and standard"
+                f"{present[0]} has {count_text(len(getattr(self, present[0])), 'number')}; allowed: 2;"
+                " give mean and standard"
                 " deviation (normal), or smallest and largest value (uniform)"
             )
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             raise InputError(
-                f"{len(self.weights)} weights for {len(self.values or ())} values; give a weight for each value"
+                f"{count_text(len(self.weights), 'weight')} for"
+                f" {count_text(len(self.values or ()), 'value')}; give a weight for each value"
             )
 
     @property

@@ -328,7 +328,8 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
         try:
             content = hashlib.sha256(file_bytes(Path(candidate.spec))).hexdigest()
         except InputError as error:
-            problem, remedy = _explain_missing_file(candidate) or (str(error), "check the path")
+            problem, _, remedy = str(error).partition("; ")
+            problem, remedy = _explain_missing_file(candidate) or (problem, remedy or "check the path")
             return replace(candidate, problem=problem, remedy=remedy)
         candidate = replace(candidate, content_hash=content)
     reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))

@@ -38,6 +38,7 @@ from fecontact.features.fleet.sealed_folder import (
 from fecontact.features.fleet.table_columns import REFUSED, SUSPICIOUS, UNREAD
 from fecontact.features.fleet.tables import write_table
 from fecontact.files import write_text
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import remove_leftovers
@@ -94,13 +95,21 @@ class FleetScreening:
         """Answer of the screening in a sentence."""
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
         missing = len(self.refused) + len(self.unread)
-        refused_text = f"; {missing} of {self.profiles} files could not be read" if missing else ""
+        refused_text = f"; {missing} of {count_text(self.profiles, 'file')} could not be read" if missing else ""
         if self.suspicious:
             refused_text += (
-                f"; {len(self.suspicious)} of {self.profiles} files are suspicious, and"
+                f"; {describe_suspicious(len(self.suspicious), self.profiles)}, and"
                 f" {1e2 * self.suspicious_share:.1f} % of the pairs, by weight, are left out for them"
             )
-        return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
+        return (
+            f"{count_text(self.positions, 'position')} of {count_text(self.pairs, 'pair')}, by"
+            f" weight: {verdicts_text} (screen){refused_text}"
+        )
+
+
+def describe_suspicious(number: int, files: int) -> str:
+    """Words on the number of suspicious files among all files."""
+    return f"{number} of {count_text(files, 'file')} {'is' if number == 1 else 'are'} suspicious"
 
 
 def refuse_part(settings: RunSettings) -> None:
@@ -249,7 +258,8 @@ def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:
     )
     ranges = [f"{min(values):.4g} to {max(values):.4g}" for values in zip(*fleet.positions, strict=True)]
     return (
-        f"{screened.pairs} pairs ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
-        f" {', '.join(fleet.rails)}, each at {len(fleet.positions)} positions (shifts of {ranges[0]} mm, loads of"
+        f"{count_text(screened.pairs, 'pair')} ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
+        f" {', '.join(fleet.rails)}, each at {count_text(len(fleet.positions), 'position')} (shifts of"
+        f" {ranges[0]} mm, loads of"
         f" {ranges[1]} kN), by weight"
     )
