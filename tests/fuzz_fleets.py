@@ -268,7 +268,7 @@ def fuzz_inputs(count: int, seed: int, keep: Path | None = None, *, screen_every
 
 
 def damage_results(folder: Path, rng: random.Random) -> str:
-    """Change a file of a finished fleet; a record of the whole fleet gets a new checksum in half of the draws."""
+    """Change a file of a finished fleet; in half of the draws all tables get new checksums."""
     paths = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.suffix != ".lock"]
     path = rng.choice(paths)
     name = path.relative_to(folder).as_posix()
@@ -281,14 +281,33 @@ def damage_results(folder: Path, rng: random.Random) -> str:
         record.pop(SEAL_KEY, None)
         what = mutate(record, rng)
         with contextlib.suppress(UnicodeEncodeError):
-            write_sealed(path, record, [folder / "profiles.parquet"])
+            write_sealed(path, record, list_tables(folder))
     elif rng.random() < 0.3:
         path.unlink()
         what = "removed"
     else:
         path.write_bytes(change_bytes(path.read_bytes(), rng))
         what = "bytes"
+    if rng.random() < 0.5:
+        what += "; new checksums" * renew_checksums(folder)
     return f"{name}: {what}"
+
+
+def list_tables(folder: Path) -> list[Path]:
+    """Tables of a finished fleet that have checksums in `fleet.json`."""
+    paths = [folder / "profiles.parquet", folder / "fleet.toml", *sorted((folder / "screen").iterdir())]
+    return [path for path in paths if path.is_file()]
+
+
+def renew_checksums(folder: Path) -> bool:
+    """Give the present tables of a finished fleet new checksums; returns whether the record could be read."""
+    try:
+        record = json.loads((folder / "fleet.json").read_text("utf-8"))
+        record.pop(SEAL_KEY, None)
+        write_sealed(folder / "fleet.json", record, list_tables(folder))
+    except (OSError, ValueError, TypeError, AttributeError):
+        return False
+    return True
 
 
 def finished_fleet(folder: Path) -> Path:

@@ -66,7 +66,7 @@ def profiles(count: int, body: str, random: np.random.Generator) -> list[dict]:
             "reason": None,
             "remedy": None,
             "noise_um": 10.0,
-            "filter_mm": 4.0,
+            "filter_mm": "4, 8",
             "nominal": "S1002" if body == "wheel" else "60E1",
             "wear_mm": float(random.gamma(2.0, 0.5)),
             "weight": float(random.lognormal(0.0, 0.5)),
@@ -123,7 +123,8 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
         write(folder / "screen" / f"part-{number}.parquet", rows[number::parts])
     (folder / "fleet.toml").write_text("# a made fleet has no file\n", "utf-8")
     population = f"{wheels} wheels on {rails} rails, all pairs by their weights, 5 shifts and 3 loads"
-    seal(folder, {"population": population, "theory": "strip", "filter_mm": None})
+    about = {"population": population, "theory": "strip", "filter_mm": None, "folder": str(folder)}
+    seal(folder, about)
     return Made(folder=folder, truth=truth, weights=weights)
 
 

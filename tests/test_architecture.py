@@ -68,8 +68,8 @@ ROOMS: dict[str, set[str]] = {
     },
     "console": {"errors", "files", "inputs", "profiles", "case", "jobs", "outputs"},
     "maps": {
-        *("arrays", "errors", "feature_registry", "files", "placement", "case", "contact_theories", "judging"),
-        *("solving", "outputs"),
+        *("arrays", "errors", "inputs", "feature_registry", "files", "placement", "case", "contact_theories"),
+        *("judging", "solving", "outputs"),
     },
     "runs": {
         *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "placement", "criteria", "case"),

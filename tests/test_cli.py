@@ -214,7 +214,7 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, mo
         return pytest.fail("a conclusion from rows that cannot be used")
 
     outcome = study_by(Study(name="two", cases=(bad, good), conclude=conclude), tmp_path, crew=inline_crew())
-    assert outcome.conclusion == "No conclusion: 1 of 2 cases have no usable result."
+    assert outcome.conclusion == "No conclusion: 1 of 2 cases without a usable result."
     assert [row["status"] for row in outcome.rows][1] == "converged"
     assert "derails" in outcome.rows[0]["status"]
     assert not outcome.all_converged

@@ -140,7 +140,8 @@ def file(body: str) -> dict[tuple[str, str], Row]:
         ),
         (table, "section"): Row(
             "section", f"--{body}-section", 2, 2.0, 0, 0.0,
-            "number of the profile is 0.0; allowed: 1 to 10000", ": no unit, 1 to 10000; default none",
+            "number of the profile is 0.0; allowed: whole numbers from 1 to 10000",
+            ": no unit, whole numbers from 1 to 10000; default none",
         ),
     }  # fmt: skip
 

@@ -14,7 +14,7 @@ import pytest
 from pyarrow.parquet import write_table
 
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import choice_field, flag_field, number_field, text_field
+from fecontact.inputs.kinds import Input, choice_field, flag_field, number_field, text_field
 from fecontact.inputs.slots import input_dataclass, list_descriptions
 from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table
 
@@ -134,12 +134,11 @@ def test_names_of_other_columns_are_kept_with_remarks(table):
         ("file,line,line\na,1,2\n", "columns 2 and 3 are both named 'line'"),
         ("file,Line,line\na,1,2\n", "columns 2 and 3 are both named 'line'"),
         ("file,,line\na,1,2\n", "name of column 2 is ''"),
-        ("file,line,\na,1,\n", "name of column 3 is ''"),
         ("file, ,line\na,1,2\n", "name of column 2 is ' '"),
         ("line\n1\n", "no column file; columns: line; add the column"),
         ("file,depth\na,1\n", "column 'depth' is not allowed; leave it out"),
-        ("file,line\na,1\nb\n", "row 2 (line 3): 1 cells for 2 columns"),
-        ("file,line\na,1\n\nb,2,3\n", "row 2 (line 4): 3 cells for 2 columns"),
+        ("file,line\na,1\nb\n", "row 2 (line 3): 1 cell for 2 named columns"),
+        ("file,line\na,1\n\nb,2,3\n", "row 2 (line 4): 3 cells for 2 named columns"),
         ('file,line\na,1\nb,"2\nc,3\n', "row 2 (line 3): not CSV"),
         ('file,line\na,"1"2\n', "row 1 (line 2): not CSV"),
         ('file,"line\na,1\n', "names of the columns (line 1): not CSV"),
@@ -377,6 +376,9 @@ def test_random_tables_are_read_as_declared_or_refused(table):
         rows = [[str(random.choice(CELLS)) for _ in names] for _ in range(random.integers(1, 3))]
         buffer = io.StringIO()
         csv.writer(buffer, quoting=csv.QUOTE_ALL).writerows([names, *rows])
+        # empty columns at the right end are left out
+        while names[-1] == "" and not any(cells[-1].strip() for cells in rows):
+            names, rows = names[:-1], [cells[:-1] for cells in rows]
         expected = [reference(names, cells) for cells in rows]
         are_names_good = len(set(names)) == len(names) and "" not in names and "Weight" not in names
         is_good = None not in expected and are_names_good
@@ -408,3 +410,59 @@ def test_random_bytes_in_a_table_are_never_more_than_a_refusal(table):
             count += 1
     # the others are refused; any other error ends the test
     assert 100 < count < 1200
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "file,line,\na,1,\n",
+        "file,line,,,\na,1,,,\nb,2\n",
+        "file,line\na,1,,\n",
+        "file,line, ,\na,1, ,\n",
+        "sep=,\nfile,line\na,1\n",
+        'SEP=;\r\nfile;"li,ne"\r\na;1\r\n'.replace('"li,ne"', "line"),
+        '"sep=\t"\nfile\tline\na\t1\n',
+        "sep=;;\nfile;line;\na;1;\n",
+        "\ufeffsep=;\nfile;line\na;1\n",
+    ],
+)
+def test_a_table_that_excel_wrote_is_read(tmp_path, text):
+    """Empty columns at the right end, and a line that states the separator."""
+    path = tmp_path / "table.csv"
+    path.write_text(text, "utf-8", newline="")
+    row = read_user_table(path, EXCEL_LAYOUT)[0]
+    assert (dict(row.values), dict(row.metadata)) == ({"file": "a"}, {"line": "1"})
+
+
+def test_the_stated_separator_is_not_guessed(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text("sep=;\nfile;line, km\na;1\n", "utf-8")
+    assert dict(read_user_table(path, EXCEL_LAYOUT)[0].metadata) == {"line, km": "1"}
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("file,line,\na,1,\nb,1,x\n", "row 2 (line 3): 3 cells for 2 named columns"),
+        ("file,,line\na,,1\n", "name of column 2 is ''"),
+        ("sep=|\nfile|line\na|1\n", "line 1 states the separator '|'; allowed: comma, semicolon or tab"),
+        ("sep=;\n", "the file is empty"),
+        ("sep=;\nfile;line\na;1\nb\n", "row 2 (line 4): 1 cell for 2 named columns"),
+    ],
+)
+def test_a_table_of_excel_that_is_not_clear_is_refused(tmp_path, text, said):
+    path = tmp_path / "table.csv"
+    path.write_text(text, "utf-8")
+    with pytest.raises(InputError, match=re.escape(said)):
+        read_user_table(path, EXCEL_LAYOUT)
+
+
+@pytest.mark.parametrize(("name", "start"), [("a.xlsx", b"x"), ("a.ods", b""), ("a.csv", b"PK\x03\x04abc")])
+def test_a_workbook_is_refused_with_its_remedy(tmp_path, name, start):
+    path = tmp_path / name
+    path.write_bytes(start)
+    with pytest.raises(InputError, match="is a workbook of a spreadsheet; allowed: CSV or Parquet; save the table as"):
+        read_user_table(path, EXCEL_LAYOUT)
+
+
+EXCEL_LAYOUT = TableLayout(inputs={"file": Input(help="File", domain="text")}, required=("file",), most_rows=10)

@@ -243,7 +243,7 @@ def validate(
             f"FAIL {check.quantity}, {check.case}: {check.deviation_percent:+.2f} % (limit {check.limit_percent:g} %)"
         )
     print(
-        f"{len(result.checks)} checks, {len(result.failed)} failed, {len(result.unusable)} studies with unusable cases:"
-        f" {result.path}"
+        f"{count_text(len(result.checks), 'check')}, {len(result.failed)} failed,"
+        f" {count_text(len(result.unusable), 'study', 'studies')} with unusable cases: {result.path}"
     )
     return 3 if result.unusable else int(bool(result.failed))

@@ -15,7 +15,7 @@ from functools import partial
 
 from fecontact.console.log import LOG
 from fecontact.console.messages import announce
-from fecontact.inputs.texts import escape_invisible
+from fecontact.inputs.texts import count_text, escape_invisible
 from fecontact.jobs.remaining import Progress, format_duration
 
 # Seconds between two lines of progress without a terminal. This is less than the 10 s of a position by finite elements,
@@ -110,7 +110,8 @@ def show_progress_by_kind(*kinds: str, quiet: bool = False) -> Iterator[Mapping[
 def _print_count(say: Callable[[str, str], None], kind: str, number: int, count: int, text: str) -> None:
     """Print the number of finished jobs, with a key for the log."""
     # A new key, and so a line, for each finished job and for each of its parts.
-    say(f"{number} of {count} {kind} done: {text}", f"{kind} {number} {re.findall(_PART_PATTERN, text)}")
+    words = count_text(count, re.sub(r"s\b", "", kind), kind)
+    say(f"{number} of {words} done: {text}", f"{kind} {number} {re.findall(_PART_PATTERN, text)}")
 
 
 @contextmanager

@@ -13,6 +13,7 @@ from typing import Any
 
 from fecontact.errors import InputError
 from fecontact.files import open_regular_file
+from fecontact.inputs.texts import count_text
 
 _LARGEST_BYTES = 500_000_000
 _SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
@@ -20,6 +21,10 @@ _FIRST_LINE = re.compile(r'(?:"(?:[^"]|"")*"|[^"\r\n])*')
 _QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _UTF_16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _SAVE_AS = "save the table as CSV in UTF-8"
+# First line by which Excel states the separator.
+_SEPARATOR_LINE = re.compile(r"""["']?sep=([^"'\r\n])["']?[,;\t ]*(?:\r\n|\r|\n|$)""", re.IGNORECASE)
+_WORKBOOK_SUFFIXES = (".xlsx", ".xlsm", ".xlsb", ".xls", ".ods", ".numbers")
+_WORKBOOK_STARTS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +57,11 @@ def is_parquet(path: Path) -> bool:
     return path.suffix.lower() == ".parquet"
 
 
+def is_workbook(path: Path) -> bool:
+    """Whether a file is a workbook of a spreadsheet, by its ending."""
+    return path.suffix.lower() in _WORKBOOK_SUFFIXES
+
+
 def open_table_file(path: Path) -> TableFile:
     """Open a table.
 
@@ -59,7 +69,8 @@ def open_table_file(path: Path) -> TableFile:
     ----------
     path
         Parquet file with the ending .parquet, or CSV file. Columns of a CSV file are separated by commas, semicolons or
-        tabs; its text is as for `decode_text`.
+        tabs; its text is as for `decode_text`. A first line such as `sep=;` states the separator. Columns without name
+        and without any value at the right end, as Excel writes them, are left out.
 
     Returns
     -------
@@ -74,11 +85,19 @@ def open_table_file(path: Path) -> TableFile:
     subject = f"table {path}"
     if is_parquet(path):
         return _open_parquet(path, subject)
-    text = decode_text(_read_bytes(path, subject), subject)
-    if not text.strip():
+    content = _read_bytes(path, subject)
+    if is_workbook(path) or content.startswith(_WORKBOOK_STARTS):
+        raise InputError(f"{subject} is a workbook of a spreadsheet; allowed: CSV or Parquet; {_SAVE_AS}")
+    text = decode_text(content, subject)
+    stated = _SEPARATOR_LINE.match(text)
+    if not text[stated.end() if stated else 0 :].strip():
         raise InputError(f"{subject}: row 1 is missing: the file is empty; give the names of the columns, and rows")
-    separator = _find_separator(text, subject)
-    records = _split_records(text, separator, subject)
+    if stated and stated[1] not in _SEPARATORS:
+        raise InputError(
+            f"{subject}: line 1 states the separator {stated[1]!r}; allowed: comma, semicolon or tab; {_SAVE_AS}"
+        )
+    separator = stated[1] if stated else _find_separator(text, subject)
+    records = _split_records(text, separator, subject, start=stated.end() if stated else 0)
     names = next(records)
     return TableFile(names=names, rows=records, has_semicolons=separator == ";")
 
@@ -123,8 +142,8 @@ def decode_text(content: bytes, subject: str) -> str:
     return text
 
 
-def guess_column_names(path: Path) -> tuple[str, ...]:
-    """Cells of the first line of a file that may be a CSV table.
+def guess_cells(path: Path) -> list[tuple[str, ...]]:
+    """Cells of the first lines of a file that may be a CSV table.
 
     Parameters
     ----------
@@ -133,17 +152,18 @@ def guess_column_names(path: Path) -> tuple[str, ...]:
 
     Returns
     -------
-    tuple of str
-        Cells without quotes; empty for a file that cannot be read.
+    list of tuple of str
+        Cells without quotes of each line that is not blank, without a line that states the separator; empty for a file
+        that cannot be read. A long file is read in part.
     """
     try:
         with open_regular_file(path) as file:
             start = file.read(20_000)
     except (OSError, ValueError):
-        return ()
+        return []
     text = start.decode("utf-16" if start.startswith(_UTF_16_MARKS) else "utf-8-sig", "replace")
-    first_line = next((line for line in text.splitlines() if line.strip()), "")
-    return tuple(name.strip().strip('"') for name in re.split(r"[,;\t]", first_line))
+    lines = [line for line in text.splitlines() if line.strip() and not _SEPARATOR_LINE.fullmatch(line)]
+    return [tuple(name.strip().strip('"') for name in re.split(r"[,;\t]", line)) for line in lines]
 
 
 def _read_bytes(path: Path, subject: str) -> bytes:
@@ -178,13 +198,18 @@ def _find_separator(text: str, subject: str) -> str:
     return separators[0] if separators else ","
 
 
-def _split_records(text: str, separator: str, subject: str) -> Iterator[list[str]]:
-    """Yield the names of the columns, then the cells of each row; empty lines are left out."""
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
-    number, width = 0, 0
+def _split_records(text: str, separator: str, subject: str, start: int) -> Iterator[list[str]]:
+    """Yield the names of the columns, then the cells of each row; empty lines are left out.
+
+    The names begin at the position `start` of the text. Empty cells to the right of the last name are left out.
+    """
+    lines = io.StringIO(text, newline="")
+    lines.seek(start)
+    reader = csv.reader(lines, delimiter=separator, strict=True)
+    number, width, skipped = 0, 0, 1 if start else 0
     while True:
         row = f"row {number}" if number else "names of the columns"
-        where = f"{subject}, {row} (line {reader.line_num + 1})"
+        where = f"{subject}, {row} (line {reader.line_num + skipped + 1})"
         try:
             cells = next(reader)
         except StopIteration:
@@ -196,14 +221,19 @@ def _split_records(text: str, separator: str, subject: str) -> Iterator[list[str
             ) from None
         if not cells:
             continue
-        width = width or len(cells)
-        if len(cells) != width:
+        width = width or _count_filled(cells) or len(cells)
+        if len(cells) < width or _count_filled(cells) > width:
             raise InputError(
-                f"{where}: {len(cells)} cells for {width} columns; give a cell for each column, and put a cell with"
-                f" {_SEPARATORS[separator]} in quotes"
+                f"{where}: {count_text(len(cells), 'cell')} for {count_text(width, 'named column')}; give a cell for"
+                f" each column, name each column, and put a cell with {_SEPARATORS[separator]} in quotes"
             )
-        yield cells
+        yield cells[:width]
         number += 1
+
+
+def _count_filled(cells: Sequence[str]) -> int:
+    """Number of cells up to the last cell that is not blank."""
+    return max((number for number, cell in enumerate(cells, start=1) if cell.strip()), default=0)
 
 
 def _open_parquet(path: Path, subject: str) -> TableFile:

@@ -197,9 +197,30 @@ FORMER_NAMES = {
 """Names of inputs from before the first release, with the present input to use; CHANGELOG.md lists these names."""
 
 
-def count_text(number: int, noun: str) -> str:
-    """Number with its noun, in the plural with an s unless the number is 1."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+def count_text(number: int, noun: str, plural: str = "") -> str:
+    """Number with its noun: in the singular for 1, otherwise in the plural.
+
+    Parameters
+    ----------
+    number
+        Number.
+    noun
+        Noun in the singular, with its adjectives.
+    plural
+        Plural, if it is not the noun with an s.
+
+    Returns
+    -------
+    str
+        Text such as "1 file", "2 files", "2 studies".
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import count_text
+    >>> count_text(1, "file"), count_text(0, "file"), count_text(2, "study", "studies")
+    ('1 file', '0 files', '2 studies')
+    """
+    return f"{number} {noun if number == 1 else plural or f'{noun}s'}"
 
 
 def escape_invisible(text: str) -> str:

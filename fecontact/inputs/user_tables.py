@@ -13,6 +13,7 @@ from typing import Any
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import Input, Number
 from fecontact.inputs.table_files import TableFile, open_table_file
+from fecontact.inputs.texts import count_text
 
 _LONGEST_NAME, _LONGEST_CELL = 200, 100_000
 # A number as in a CSV file. The character of an integer part or a fraction is an ASCII digit.
@@ -250,7 +251,8 @@ class _CellReader:
         where = f"{self.subject}, row {number}"
         if isinstance(cell, str) and (len(cell) > _LONGEST_CELL or "\0" in cell):
             raise InputError(
-                f"{where}: {description.label} has {len(cell)} characters; allowed: at most {_LONGEST_CELL}, without"
+                f"{where}: {description.label} has {count_text(len(cell), 'character')}; allowed: at"
+                f" most {_LONGEST_CELL}, without"
                 " NUL; correct the cell"
             )
         try:

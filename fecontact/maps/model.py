@@ -9,6 +9,7 @@ from typing import Literal
 
 from fecontact.case import Case
 from fecontact.errors import CONVERGED
+from fecontact.inputs.texts import count_text
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.verdict import Answer
 from fecontact.outputs.flat_records import select_attributes
@@ -205,8 +206,9 @@ class ApplicabilityMap:
         case, cells = self.case, [cell.verdict for cell in self.cells]
         counts = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))
         return (
-            f"<ApplicabilityMap {case.rail} and {case.wheel}, {len(self.positions)} shifts, {len(self.loads_N)} loads:"
-            f" Hertz in {len(cells)} cells {counts or 'without a result'}>"
+            f"<ApplicabilityMap {case.rail} and {case.wheel},"
+            f" {count_text(len(self.positions), 'shift')}, {count_text(len(self.loads_N), 'load')}:"
+            f" Hertz in {count_text(len(cells), 'cell')} {counts or 'without a result'}>"
         )
 
     def _repr_html_(self) -> str:

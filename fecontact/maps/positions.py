@@ -14,6 +14,7 @@ from typing import TypeAlias
 from fecontact.case import Case
 from fecontact.errors import FecontactError, MemoryShortageError, describe_failure
 from fecontact.feature_registry import load_offers
+from fecontact.inputs.texts import count_text
 from fecontact.judging.judge import add_readings
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import VerdictReadingView
@@ -236,7 +237,7 @@ def build_position(
 
 def _describe_progress(cells: Sized, loads_N: Sized, tried: Sized) -> tuple[float, str]:
     """Finished fraction of a position, and its number of loads as a text."""
-    words = f"{len(cells)} of {len(loads_N)} loads" + (f", {len(tried)} more for limits" if tried else "")
+    words = f"{len(cells)} of {count_text(len(loads_N), 'load')}" + (f", {len(tried)} more for limits" if tried else "")
     return (len(cells) + len(tried)) / (len(loads_N) + len(tried) + 1), words
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import accumulate, groupby, pairwise
 
 from fecontact.contact_theories.registry import THEORIES
+from fecontact.inputs.texts import count_text
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.maps.view import CLOSE_SHIFTS_MM, ColumnView, MapView
@@ -172,7 +173,7 @@ def _count_unusable(view: MapView) -> list[str]:
     answers = [cell.answer for column in view.columns for cell in column.cells]
     counts = ((answers.count("UNRESOLVED"), "unresolved"), (answers.count("failed"), "without a result"))
     phrases = [f"{count} {'is' if count == 1 else 'are'} {words}" for count, words in counts if count]
-    return [f"Of {len(answers)} cells, {' and '.join(phrases)}."] if phrases else []
+    return [f"Of {count_text(len(answers), 'cell')}, {' and '.join(phrases)}."] if phrases else []
 
 
 def _join_shifts(shifts_mm: Sequence[float], indices: Sequence[int]) -> str:

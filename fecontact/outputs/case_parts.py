@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, HERTZ_OF_EACH_SIDE, THEORIES
 from fecontact.feature_registry import load_offers
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.budget import budget_table
 from fecontact.outputs.cases import (
     effort_table,
@@ -179,7 +180,8 @@ def _mesh_lines(record: TableRecord) -> Iterator[str]:
     )
     degrees = ", ".join(f"{name} {count}" for name, count in solver["degrees_of_freedom"].items())
     yield (
-        f"solver {solver.get('path', '')}: degrees of freedom {degrees}; {solver['iterations']} iterations, residuals"
+        f"solver {solver.get('path', '')}: degrees of freedom {degrees};"
+        f" {count_text(solver['iterations'], 'iteration')}, residuals"
         f" contact {solver['contact_residual']:.0e}, penetration {solver['penetration_residual']:.0e}; balance of the"
         f" load {solver['load_balance']:.0e}, of the forces on both bodies {solver['force_balance']:.0e}, of their"
         f" moments {solver['moment_balance']:.0e}"

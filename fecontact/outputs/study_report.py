@@ -11,6 +11,7 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError, is_usable_status
 from fecontact.feature_registry import load_offers
 from fecontact.files import read_json, write_text
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.case_words import roll_words_of_rows
 from fecontact.outputs.cases import (
@@ -252,7 +253,9 @@ def _case_sections(cases: Sequence[ReportedCase], pictures: str) -> list[Part]:
     drawn_ids = {str(row["id"]) for row in rows_by_utilisation(rows_with_picture, MAX_PICTURES)}
     parts: list[Part] = []
     if len(drawn_ids) < max(sum(is_usable_status(case.row) for case in cases), len(rows_with_picture)):
-        parts.append(f"{len(drawn_ids)} of {len(cases)} cases, with the largest limit utilisation; {pictures}.")
+        parts.append(
+            f"{len(drawn_ids)} of {count_text(len(cases), 'case')}, with the largest limit utilisation; {pictures}."
+        )
     for case in (case for case in cases if str(case.row["id"]) in drawn_ids):
         row, words = case.row, "Dashed: Hertz's ellipse; solid: the patch of the finite elements."
         assert case.picture is not None

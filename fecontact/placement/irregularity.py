@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import choice_field, number_field
 from fecontact.inputs.slots import input_dataclass
-from fecontact.inputs.texts import suggest_name
+from fecontact.inputs.texts import count_text, suggest_name
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -238,7 +238,9 @@ def _check_points(points: Sequence[tuple[float, float]]) -> None:
         For the first fault, with its place.
     """
     if len(points) < _MIN_POINTS or not all(math.isfinite(coordinate) for point in points for coordinate in point):
-        raise InputError(f"irregularity table: {len(points)} points; allowed: at least {_MIN_POINTS}, all finite")
+        raise InputError(
+            f"irregularity table: {count_text(len(points), 'point')}; allowed: at least {_MIN_POINTS}, all finite"
+        )
     middle = median(_steps(points))
     for (s, e), (next_s, next_e) in pairwise(points):
         if next_s <= s:
@@ -495,7 +497,8 @@ def _split_rows(rows: Sequence[str], separator: str, path: Path) -> list[list[st
         cells_of_rows.append(cells if separator == "," else [cell.replace(",", ".") for cell in cells])
         if len(cells) != len(cells_of_rows[0]):
             raise InputError(
-                f"{path}: the row {row[:60]!r} has {len(cells)} cells, and the first row has {len(cells_of_rows[0])};"
+                f"{path}: the row {row[:60]!r} has {count_text(len(cells), 'cell')}, and the first row"
+                f" has {len(cells_of_rows[0])};"
                 " give equal numbers of cells, and separate numbers with decimal commas by semicolons"
             )
     return cells_of_rows

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from fecontact.inputs.texts import escape_invisible
+from fecontact.inputs.texts import count_text, escape_invisible
 
 ReferenceKind = Literal["analytic", "other code", "invariant"]
 
@@ -177,7 +177,8 @@ def render_reports(
     document = [
         "# Validation",
         "",
-        f"{sum(number for number, _ in numbers)} checks, {sum(failed for _, failed in numbers)} failed. Written by"
+        f"{count_text(sum(number for number, _ in numbers), 'check')},"
+        f" {sum(failed for _, failed in numbers)} failed. Written by"
         " `make validate`; do not edit it.",
         "",
         version_text + (f". The last run had only {', '.join(questions)}." if kept_lines else ""),
@@ -239,7 +240,7 @@ def _render_page(study: str, question: str, checks: Sequence[Check]) -> str:
         "",
         _escape_cell(question),
         "",
-        f"{len(checks)} checks, {_count_failed(checks)} failed.",
+        f"{count_text(len(checks), 'check')}, {_count_failed(checks)} failed.",
     ]
     for reference, kind in dict.fromkeys((check.reference, check.kind) for check in checks):
         uncertainty_text = "no uncertainty" if kind == "analytic" else "uncertainty not stated"

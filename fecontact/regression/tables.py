@@ -20,6 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
 from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json, read_toml
+from fecontact.inputs.texts import count_text
 
 TEXT_KIND = "text"
 """Kind of a column that is compared letter by letter."""
@@ -408,7 +409,10 @@ def _read_csv_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         raise InputError(f"results {path}: a column name appears twice; {_REMEDY}")
     for count, row in enumerate(rows, start=1):
         if len(row) != len(columns):
-            raise InputError(f"results {path}: row {count} has {len(row)} values for {len(columns)} columns; {_REMEDY}")
+            raise InputError(
+                f"results {path}: row {count} has {count_text(len(row), 'value')} for"
+                f" {count_text(len(columns), 'column')}; {_REMEDY}"
+            )
     # Without the apostrophe of texts that a spreadsheet would evaluate.
     return columns, [[cell[cell.startswith(_GUARDED_BEGINNINGS) :] for cell in row] for row in rows]
 

@@ -102,6 +102,6 @@ def _has_continuable_result(can_continue: Callable[[Any], bool], path: Path) -> 
     """Whether a file belongs to the present results, or is damaged."""
     try:
         return can_continue(read_json(path))
-    except (InputError, KeyError, TypeError, AttributeError):
+    except (ValueError, KeyError, TypeError, AttributeError):
         # a damaged file is not a result that could be lost
         return True

@@ -14,6 +14,7 @@ from pathlib import Path
 from fecontact.case import Case
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, describe_failure, is_usable_status
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import RunSettings, finish_jobs, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.workers import JobOutcome
@@ -304,7 +305,7 @@ def _write_conclusion(study: Study, rows: list[Row], out: Path) -> str | None:
         return None
     unusable = sum(not is_usable_status(row) for row in rows)
     if unusable:
-        return f"No conclusion: {unusable} of {len(rows)} cases have no usable result."
+        return f"No conclusion: {unusable} of {count_text(len(rows), 'case')} without a usable result."
     return study.conclude(rows, out)
 
 

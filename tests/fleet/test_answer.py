@@ -175,7 +175,7 @@ def test_a_screen_that_changed_is_not_judged_by_an_old_sample(fleet, sampled):
     rows = rows_of(path)
     write(path, [row | {"verdict": "FAILS", "margin": -5.0} for row in rows])
     seal(fleet.folder)
-    with pytest.raises(InputError, match="drawn positions have a different screen verdict or weight since the draw"):
+    with pytest.raises(InputError, match="since the draw, the screen verdict or the weight changed at"):
         evaluate_fleet(fleet.folder)
 
 

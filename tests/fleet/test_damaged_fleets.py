@@ -6,6 +6,7 @@ import random
 import shutil
 from pathlib import Path
 
+import duckdb
 import pyarrow.parquet
 import pytest
 from inline import inline_crew, stand_ins
@@ -14,12 +15,17 @@ from made_fleet import Made, made_fleet, seal, write
 import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.features.fleet import answer as answer_module
+from fecontact.features.fleet import report as report_module
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.checking import open_fleet
+from fecontact.features.fleet.reading import find_origin
 from fecontact.features.fleet.report import make_answer_rows, write_report
 from fecontact.features.fleet.sampling import draw_sample
+from fecontact.features.fleet.sealed_folder import digest_screen, write_sample_record
 from fecontact.files import SEAL_KEY, read_json, write_sealed
 from fecontact.jobs.engine import RunSettings
+from fecontact.jobs.store import MANIFEST, write_manifest
 
 FLEET = """
 [wheels]
@@ -221,6 +227,159 @@ def test_tables_that_were_replaced_with_their_checksums_end_in_one_line(fleet, c
     assert said.startswith("error: ")
     assert said.count("\n") == 1
     assert COMMAND in said
+
+
+def rewrite(path: Path, change) -> None:
+    """Write a table again, with a change of its rows."""
+    rows = pyarrow.parquet.read_table(path).to_pylist()
+    write(path, [{**row, **change(number, row)} for number, row in enumerate(rows)])
+
+
+PART, PROFILES, SAMPLE = "screen/part-0.parquet", "profiles.parquet", "sample.parquet"
+CHANGES = [
+    (PART, "weight", lambda number, row: "much", "weight has the type string; allowed: number"),
+    (PART, "weight", lambda number, row: None if number == 7 else row["weight"], "weight has an empty cell"),
+    (PART, "weight", lambda number, row: float("nan") if number == 7 else row["weight"], "weight has a value outside"),
+    (PART, "weight", lambda number, row: -row["weight"], "weight has a value outside its range, 0 to 1"),
+    (PART, "shift_mm", lambda number, row: float("inf"), "shift_mm has a value outside"),
+    (PART, "verdict", lambda number, row: "PERHAPS" if number == 7 else row["verdict"], "verdict has the value 'PERHA"),
+    (PART, "verdict", lambda number, row: None, "verdict has the type null"),
+    (PART, "margin", lambda number, row: [1.0], "margin has the type list"),
+    (PART, "cheapest_theory", lambda number, row: "guess", "cheapest_theory has the value 'guess'"),
+    (PART, "wheel", lambda number, row: "nobody", "has the wheel 'nobody', which is not a single row"),
+    (PART, "Weight", lambda number, row: 1.0, "more than one column has the name weight"),
+    (PART, "remedy", lambda number, row: 1.5, "remedy has the type double; allowed: text"),
+    (PROFILES, "name", lambda number, row: "w0", "which is not a single row of profiles.parquet"),
+    (PROFILES, "status", lambda number, row: "good", "status has the value 'good'"),
+    (PROFILES, "file", lambda number, row: "a\0b", "file has a text with a NUL character"),
+    (PROFILES, "wear_mm", lambda number, row: "deep", "wear_mm has the type string; allowed: number"),
+    (PROFILES, "mirror", lambda number, row: 1, "mirror has the type int64; allowed: flag"),
+    (PROFILES, "line", lambda number, row: {"a": 1}, "line has the type struct"),
+    (SAMPLE, "draw", lambda number, row: None, "draw has the type null"),
+    (SAMPLE, "draw", lambda number, row: 1.5, "draw has the type double; allowed: integer"),
+    (SAMPLE, "stratum", lambda number, row: "far", "stratum has the value 'far'"),
+    (SAMPLE, "fe_verdict", lambda number, row: "MAYBE", "fe_verdict has the value 'MAYBE'"),
+    (SAMPLE, "inclusion_probability", lambda number, row: 0.0, "inclusion_probability has a value outside"),
+]
+
+
+@pytest.mark.parametrize(("name", "column", "value", "said"), CHANGES)
+def test_a_table_with_new_checksums_is_checked_against_its_declaration(fleet, sampled, name, column, value, said):
+    sampled(fleet, 12)
+    rewrite(fleet.folder / name, lambda number, row: {column: value(number, row)})
+    renew_checksums(fleet.folder)
+    for use in (evaluate_fleet, lambda folder: draw_sample(folder, 12)):
+        with pytest.raises(InputError) as refused:
+            use(fleet.folder)
+        message = str(refused.value)
+        assert said in message
+        assert "\n" not in message
+        assert (COMMAND if name != SAMPLE else "fecontact fleet sample") in message
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [
+        *((PART, column) for column in ("wheel", "shift_mm", "weight", "verdict", "margin", "cause")),
+        *((PROFILES, column) for column in ("body", "name", "file", "status", "nominal")),
+        *((SAMPLE, column) for column in ("rail", "draw", "seed", "fe_verdict", "stratum")),
+    ],
+)
+def test_a_table_without_a_column_is_refused(fleet, sampled, name, column):
+    sampled(fleet, 12)
+    path = fleet.folder / name
+    pyarrow.parquet.write_table(pyarrow.parquet.read_table(path).drop_columns([column]), path)
+    renew_checksums(fleet.folder)
+    for use in (lambda: evaluate_fleet(fleet.folder), lambda: draw_sample(fleet.folder, 12)):
+        with pytest.raises(InputError, match=rf"{path.name}: the column {column} is missing; .* fecontact fleet"):
+            use()
+
+
+@pytest.mark.parametrize("name", [PART, PROFILES, SAMPLE])
+def test_a_table_that_is_not_parquet_is_refused_in_a_line(fleet, sampled, name):
+    """Its checksum is right, so that only its reader notices."""
+    sampled(fleet, 12)
+    content = (fleet.folder / name).read_bytes()
+    for damaged in (b"", b"PAR1", content[:-9], content[: len(content) // 2] + bytes(60) + content[-400:]):
+        (fleet.folder / name).write_bytes(damaged)
+        renew_checksums(fleet.folder)
+        with pytest.raises(InputError, match=rf"{Path(name).name}: cannot be read .*fecontact fleet") as refused:
+            evaluate_fleet(fleet.folder)
+        assert "\n" not in str(refused.value)
+
+
+def renew_checksums(folder: Path) -> None:
+    """Give the present tables and the present sample their checksums."""
+    seal(folder)
+    write_sample_record(folder, folder / SAMPLE, digest_screen(read_json(folder / "fleet.json")), keep_earlier=False)
+
+
+@pytest.mark.parametrize(
+    ("entries", "said"),
+    [
+        ({"theory": "guess"}, "theory is 'guess'; allowed: strip, half_space"),
+        ({"theory": None}, "theory is None"),
+        ({"folder": 7}, "folder is not a text"),
+        ({"folder": "a\0b"}, "folder is not a text, or has a NUL character"),
+        ({"population": []}, "population is not a text"),
+        ({"suspicious_share": "half"}, "suspicious_share is not a number"),
+    ],
+)
+def test_a_record_of_another_layout_is_refused_in_a_line(fleet, capsys, entries, said):
+    record = {key: value for key, value in read_json(fleet.folder / "fleet.json").items() if key != SEAL_KEY}
+    seal(fleet.folder, record | entries)
+    assert call(["fleet", "report", str(fleet.folder)]) == 2
+    printed = capsys.readouterr().err
+    assert said in printed
+    assert COMMAND in printed
+    assert printed.count("\n") == 1
+
+
+@pytest.mark.parametrize("samples", [None, [], [7], [{"checksum": 7, "screen": ""}], {"checksum": "a"}])
+def test_a_record_of_a_sample_of_another_layout_is_refused(fleet, sampled, samples):
+    sampled(fleet, 12)
+    write_sealed(fleet.folder / "sample.json", {"kind": "fleet sample", "samples": samples})
+    with pytest.raises(InputError, match=r"sample.json has a different layout; remove .*fecontact fleet sample"):
+        evaluate_fleet(fleet.folder)
+
+
+@pytest.mark.parametrize("change", [lambda number, row: {"margin": "wide"}, lambda number, row: {"more": 1}])
+def test_rows_of_a_pair_with_a_new_manifest_are_checked(copied, change):
+    folder = min((copied / "out/pairs").iterdir())
+    rewrite(folder / "part.parquet", change)
+    (folder / MANIFEST).unlink()
+    write_manifest(folder, [folder / "part.parquet"], folder.name, find_origin())
+    with pytest.raises(InputError, match=r"does not have the columns and rows of a screened pair; remove "):
+        run(copied / "fleet.toml", copied / "out")
+
+
+@pytest.mark.parametrize("module", [report_module, answer_module])
+def test_an_error_of_the_program_is_not_a_damaged_folder(fleet, monkeypatch, module):
+    """A programming error ends in a traceback, in the evaluation and in the drawing of pictures."""
+
+    def fail(*_, **__):
+        raise TypeError("an error of the program")
+
+    fleet_file(fleet.folder / "fleet.toml")
+    seal(fleet.folder)
+    monkeypatch.setattr(module, "draw_map" if module is report_module else "_make_stratum", fail)
+    with pytest.raises(TypeError, match="an error of the program"):
+        call(["fleet", "report", str(fleet.folder)])
+
+
+def test_a_wrong_query_is_not_a_damaged_folder(fleet, monkeypatch):
+    monkeypatch.setattr(answer_module, "_WORST_PAIRS", "SELECT nothing FROM screen")
+    with pytest.raises(duckdb.BinderException):
+        evaluate_fleet(fleet.folder)
+
+
+def test_a_lack_of_memory_of_the_database_is_a_lack_of_memory(fleet, monkeypatch):
+    def fail(*_):
+        raise duckdb.OutOfMemoryException("no memory")
+
+    monkeypatch.setattr(answer_module, "_query_shares_by_position", fail)
+    with pytest.raises(MemoryError):
+        evaluate_fleet(fleet.folder)
 
 
 def test_a_changed_profile_is_not_drawn_as_the_screened_one(copied, tmp_path):

@@ -1,18 +1,23 @@
 """The file of a fleet, its population and its weights, with inputs by hand and refusals."""
 
 import json
+import re
 import shutil
 import sys
 from statistics import NormalDist
 
 import numpy as np
 import pytest
+from inline import inline_crew, stand_ins
 
 import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
+from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.examples import write_fleet
 from fecontact.features.fleet.model import normalise_weights, read_fleet
 from fecontact.features.fleet.population import find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.report import write_report
 from fecontact.profiles.examples import write_examples
 
 FLEET = """
@@ -108,7 +113,7 @@ def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
     [
         ("weights = [1, 3]", "weights = [1, -3]", r"weight of 0.0 is -3; allowed: finite and >= 0"),
         ("weights = [1, 3]", "weights = [0, 0]", r"\[shifts_mm\]: weights: the sum of the weights is 0"),
-        ("weights = [1, 3]", "weights = [1]", "1 weights for 2 values"),
+        ("weights = [1, 3]", "weights = [1]", "1 weight for 2 values"),
         ("values = [60]", "values = []", "loads_kN"),
         ("values = [60]", "values = [60, -60]", "-60"),
         ("values = [2, 0]", "values = [2, nan]", "nan"),
@@ -135,6 +140,99 @@ def test_what_cannot_be_is_refused_with_its_value(tmp_path, old, new, said):
     path = written(tmp_path, FLEET.replace(old, new, 1))
     with pytest.raises(InputError, match=said):
         fecontact.check_fleet(path)
+
+
+@pytest.mark.parametrize("name", ["wheels.csv", "wheels.txt", "wheels.tsv", "wheels"])
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "is empty; give a file of points, or a table with the heading file"),
+        ("\n \n", "is empty; give"),
+        ("Datei;Gewicht\nS1002;1\n", "no heading file, as a table has; its first line is 'Datei, Gewicht'"),
+        ("Datei,Gewicht,km\nwheel.csv,1,100\n", "its first line is 'Datei, Gewicht, km'"),
+        ("fichier\nroues/a.whl\n", "its first line is 'fichier'"),
+        ("S1002\nEN13715_1in40\n", "its first line is 'S1002'"),
+        ("wheel.csv,1,2\nother.csv,2,3\n", "no heading file"),
+        ("sep=;\nDatei;Gewicht\na.csv;1\n", "its first line is 'Datei, Gewicht'"),
+        ("Files;weight\nS1002;1\n", "did you mean file"),
+        ("path;weight\nS1002;1\n", "no column file; columns: path, weight"),
+    ],
+)
+def test_a_table_without_the_heading_of_files_is_refused(tmp_path, name, text, said):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=re.escape(said)):
+        fecontact.check_fleet(
+            written(
+                tmp_path, FLEET.replace("wheels.csv", name), wheels="file\nS1002\n" if name != "wheels.csv" else text
+            )
+        )
+
+
+@pytest.mark.parametrize("name", ["wheels.xlsx", "wheels.XLS", "wheels.ods"])
+def test_a_workbook_is_not_a_profile(tmp_path, name):
+    (tmp_path / name).write_bytes(b"PK\x03\x04")
+    with pytest.raises(InputError, match="is a workbook of a spreadsheet; allowed: CSV or Parquet; save the table"):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace("wheels.csv", name)))
+
+
+@pytest.mark.parametrize("name", ["wheels.txt", "wheels.tsv", "wheels.csv"])
+def test_a_table_of_excel_lists_its_files(tmp_path, name):
+    text = "sep=;\nfile;weight;;\nS1002;1,5;;\nEN13715_1in40;1;;\n"
+    path = written(tmp_path, FLEET.replace("wheels.csv", name))
+    (tmp_path / name).write_text(text)
+    assert {one.name: one.weight for one in find_candidates(read_fleet(path), "wheel")} == {
+        "S1002": 1.5,
+        "EN13715_1in40": 1.0,
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["y,z\n0,1\n1,2\n", "# from a.csv, b.csv\n0 1\n1 2\n", "0;1,5\n1;2,5\n", "label;y;z\na;1;2\nb;2;3\n", "0\t1\n"],
+)
+def test_a_file_of_points_is_not_a_table(tmp_path, text):
+    (tmp_path / "one.csv").write_text(text)
+    fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "one.csv")))
+    assert [one.name for one in find_candidates(fleet, "wheel")] == ["one"]
+
+
+@pytest.mark.parametrize("value", ["1.5", "true", "nan", "inf", '"3"', "2.0000001", "-1"])
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[wheels]", "seed = {}\n[wheels]"),
+        ("[wheels]", "[pairs]\ndraw = {}\n[wheels]"),
+        ("values = [60]", "uniform = [40, 60]\ncount = {}"),
+        ("[wheels]", "[case.wheel_file]\nsection = {}\n[wheels]"),
+    ],
+)
+def test_counts_are_whole_numbers(tmp_path, old, new, value):
+    name = new.partition(" = {}")[0].split("\n")[-1]
+    message = f"{'number of the profile' if name == 'section' else name} is .*; allowed: .*whole numbers from"
+    with pytest.raises(InputError, match=message):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace(old, new.format(value), 1)))
+
+
+def test_a_whole_number_with_a_decimal_point_is_a_count(tmp_path):
+    text = FLEET.replace("[wheels]", "seed = 2.0\n[pairs]\ndraw = 3.0\n[wheels]", 1)
+    fleet = read_fleet(written(tmp_path, text))
+    assert (fleet.seed, fleet.pairing.draw) == (2, 3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("values = [60]", "values = [true]"),
+        ("weights = [1, 3]", "weights = [true, 3]"),
+        ("values = [60]", "normal = [60, true]"),
+        ("values = [60]", "uniform = [true, 60]"),
+        ("[wheels]", "filter_mm = true\n[wheels]"),
+        ("[wheels]", "[case]\nrolling_radius_mm = true\n[wheels]"),
+    ],
+)
+def test_a_truth_value_is_not_a_number(tmp_path, old, new):
+    with pytest.raises(InputError, match=r"True.*; allowed"):
+        fecontact.check_fleet(written(tmp_path, FLEET.replace(old, new, 1)))
 
 
 def test_weights_of_files_that_cannot_be_are_refused(tmp_path):
@@ -178,6 +276,67 @@ def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
     assert [candidate.name for candidate in find_candidates(fleet, "wheel")] == ["a", "a.txt", "b", "tread"]
 
 
+def list_wheels(path):
+    """Names of the wheels of a fleet, and of those that cannot be used."""
+    candidates = find_candidates(read_fleet(path), "wheel")
+    return [one.name for one in candidates], [one.name for one in candidates if one.problem]
+
+
+def test_a_file_is_counted_once_by_its_real_path(tmp_path):
+    _, wheel = write_examples(tmp_path / "one")
+    folder = tmp_path / "wheels"
+    folder.mkdir()
+    shutil.copyfile(wheel, folder / "a.csv")
+    (folder / "b.csv").symlink_to("a.csv")
+    (tmp_path / "linked").symlink_to("wheels")
+    (tmp_path / "table.csv").write_text("file,weight\nwheels/a.csv,3\n")
+    for texts, weight in (
+        (["wheels"], 1.0),
+        (["wheels", "wheels/*.csv", "wheels/a.csv", "./wheels/../wheels/a.csv", "linked"], 1.0),
+        (["wheels", "table.csv"], 3.0),
+        (["table.csv", "linked/*"], 3.0),
+    ):
+        path = written(tmp_path, FLEET.replace('"wheels.csv"', json.dumps(texts)))
+        (candidate,) = find_candidates(read_fleet(path), "wheel")
+        assert (candidate.weight, candidate.problem) == (weight, ""), texts
+
+
+def test_files_of_the_fleet_and_results_are_not_profiles(tmp_path):
+    """The folder of the fleet has its file, its tables, a study and results of the program."""
+    folder = tmp_path / "fleet"
+    folder.mkdir()
+    _, wheel = write_examples(tmp_path / "one")
+    shutil.copyfile(wheel, folder / "a.csv")
+    (folder / "pairs.csv").write_text("wheel,rail\na,60E1\n")
+    (folder / "places.csv").write_text("shift_mm,load_kN\n0,60\n")
+    (folder / "rails.csv").write_text("file\n60E1\n")
+    (folder / "study.toml").write_text("[[case]]\nload_kN = 60\n")
+    texts = TOGETHER.replace('"wheels.csv"', '"a.csv"').replace('["60E1", "54E1"]', '"rails.csv"')
+    path = written(folder, texts + '[pairs]\ntable = "pairs.csv"\n', wheels="file\na.csv\n")
+    for out in (folder, folder / "out"):
+        with stand_ins(inline_crew(), None, ""):
+            fecontact.run_fleet(path, out)
+        write_report(evaluate_fleet(out), out)
+    definition = path.read_text("utf-8")
+
+    def check_wheels() -> None:
+        for text in (".", "*", "./*", "**/*", "../fleet/*", "*.*", "**/*.csv"):
+            path.write_text(definition.replace('"a.csv"', json.dumps(text)), "utf-8")
+            assert list_wheels(path) == (["a"], []), text
+
+    check_wheels()
+    # also after a run that ended before its record was written
+    for out in (folder, folder / "out"):
+        (out / "fleet.json").unlink()
+        (out / "answer.json").unlink()
+    shutil.rmtree(folder / "report")
+    shutil.rmtree(folder / "out/report")
+    for out in (folder, folder / "out"):
+        for name in ("answer.csv", "report.html"):
+            (out / name).unlink()
+    check_wheels()
+
+
 def test_check_counts_positions_without_reading_profiles(tmp_path, capsys):
     assert call(["fleet", "check", str(written(tmp_path))]) == 0
     assert "2 wheels, 2 rails, 4 pairs, 8 positions" in capsys.readouterr().out
@@ -198,3 +357,93 @@ def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
     assert texts[0] == texts[1] != texts[2]
     assert np.loadtxt(tmp_path / "a/rails/rail00000.csv", delimiter=",", skiprows=2).shape[1] == 2
     assert json.dumps(fecontact.check_fleet(tmp_path / "a/fleet.toml").positions) == "10"
+
+
+@pytest.mark.parametrize(
+    ("table", "option"),
+    [
+        ("file\na.csv\n", '[case.wheel_file]\ncolumns = "3,4"\n'),
+        ('file,columns\na.csv,"3,4"\n', ""),
+        ('file,columns\na.csv,"y,x"\n', ""),
+        ("file\na.csv\n", "[case.wheel_file]\nsection = 2\n"),
+        ("file\nempty.csv\n", ""),
+        ("file\nmissing.csv\n", ""),
+        ("file,accepted\na.csv,no\n", ""),
+        ("file\nrail.csv\n", ""),
+        ("file\nfew.csv\n", ""),
+        ("file\nrail.ban\n", ""),
+        ("file,tape_circle_mm\nS1002.toml,2000\n", ""),
+    ],
+)
+def test_check_refuses_what_a_run_refuses_with_the_same_text(tmp_path, table, option):
+    rail, wheel = write_examples(tmp_path / "one")
+    for source, name in ((wheel, "a.csv"), (rail, "rail.csv"), (rail, "rail.ban")):
+        shutil.copyfile(source, tmp_path / name)
+    (tmp_path / "empty.csv").write_text("")
+    (tmp_path / "few.csv").write_text("0,0\n1,0\n")
+    path = written(tmp_path, FLEET + option, wheels=table)
+    messages = []
+    for use in (fecontact.check_fleet, lambda file: fecontact.run_fleet(file, tmp_path / "out")):
+        with stand_ins(inline_crew(), None, ""):
+            try:
+                use(path)
+            except InputError as error:
+                messages.append(str(error))
+            else:
+                messages.append("")
+    assert messages[0] == messages[1] != ""
+
+
+def test_check_and_run_print_each_kind_of_refusal_once(tmp_path, capsys):
+    _, wheel = write_examples(tmp_path / "one")
+    shutil.copyfile(wheel, tmp_path / "good.csv")
+    for number in range(5):
+        (tmp_path / f"bad{number}.csv").write_text(f"0,{number}\n1,0\n")
+        (tmp_path / f"text{number}.csv").write_text(f"nothing {number}\n")
+    names = ["good", *(f"{kind}{number}" for kind in ("bad", "text") for number in range(5))]
+    path = written(tmp_path, wheels="file\n" + "".join(f"{name}.csv\n" for name in names))
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "check", str(path)]) == 0
+        checked = capsys.readouterr()
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out")]) == 0
+    run = capsys.readouterr()
+    lines = [line for line in checked.err.splitlines() if line.startswith("  5 files, wheel ")]
+    assert [line.partition(": ")[0] for line in lines] == [
+        "  5 files, wheel bad0, wheel bad1, wheel bad2, ...",
+        "  5 files, wheel text0, wheel text1, wheel text2, ...",
+    ]
+    assert all("; " in line for line in lines)
+    assert [line for line in run.err.splitlines() if line.startswith("  5 files, wheel ")] == lines
+    assert "10 files cannot be used:" in checked.err
+    assert "1 wheel, 2 rails, 2 pairs, 4 positions" in checked.out
+    assert "10 of 13 files could not be read:" in run.err
+
+
+def test_single_things_are_singular(tmp_path, capsys):
+    text = FLEET.replace("values = [2, 0]\nweights = [1, 3]", "values = [0]").replace('["60E1", "54E1"]', '"60E1"')
+    path = written(tmp_path, text, wheels="file\nS1002\nmissing.csv\n")
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
+        assert call(["fleet", "run", str(path), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0
+        assert call(["fleet", "check", str(path)]) == 0
+    printed = capsys.readouterr()
+    text = printed.out + printed.err
+    assert "1 wheel, 1 rail, 1 pair, 1 position" in text
+    assert "with 1 worker\n" in text
+    assert "1 position of 1 pair, by weight" in text
+    assert "1 of 1 pair finished by an earlier run" in text
+    assert "1 file cannot be used:" in text
+    assert "0 of 1 pair done" in text
+    assert not re.search(r"(?<![\d.])1 (?:pairs|positions|wheels|rails|files|workers)\b", text)
+
+
+@pytest.mark.parametrize(("count", "idle_s"), [(2, 9.0), (4, 13.0), (10, 35.0)])
+def test_the_expected_time_is_within_a_factor_of_two(tmp_path, count, idle_s):
+    """Compared with runs of the example by two workers, from the CPU time of all processes (November 2026)."""
+    cost = fecontact.check_fleet(write_fleet(tmp_path, wheels=count, rails=count))
+    assert cost.pairs == count**2
+    assert 0.5 < cost.estimate_seconds(2) / idle_s < 2.0
+    # the half-space takes four times as long
+    path = tmp_path / "fleet.toml"
+    path.write_text(path.read_text("utf-8").replace('"strip"', '"half_space"'), "utf-8")
+    assert fecontact.check_fleet(path).cpu_seconds > 2.0 * cost.cpu_seconds

@@ -272,7 +272,7 @@ def test_a_path_that_is_not_utf_8_is_refused_and_the_others_are_read(tmp_path, r
         ("y", "read", ""),
     ]
     write_csv(folder / "wheels.csv", "file\nw.csv\n")
-    assert "[wheels]: no file can be read; first reason: the name of the file" in refusal(write_fleet_file(folder))
+    assert "[wheels]: 0 of 1 file can be used; first reason: the name of the" in refusal(write_fleet_file(folder))
 
 
 def test_names_of_pairs_are_the_texts_of_the_tables(tmp_path):
@@ -322,7 +322,7 @@ def test_positions_are_numbers_in_their_units(tmp_path, content, message):
         (b"path,weight\nS1002,1\n", "no column file; columns: path, weight; add the column"),
         (b"file,weight\n", "row 1 is missing"),
         (b'file,weight\n"S1002,1\n', "row 1 (line 2): not CSV"),
-        (b"file,weight\nS1002\n", "row 1 (line 2): 1 cells for 2 columns"),
+        (b"file,weight\nS1002\n", "row 1 (line 2): 1 cell for 2 named columns"),
         (b"file,weight\n,1\n", "row 1: file is empty"),
         (b"file,weight\nS10\x0002,1\n", "line 2 has a NUL character"),
     ],

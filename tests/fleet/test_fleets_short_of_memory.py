@@ -55,18 +55,18 @@ def run(path: Path):
 )
 def test_a_file_that_the_machine_could_not_read_is_not_a_refused_file(path, monkeypatch, capsys, error, reason):
     """Exit code 3; the next run reads the file."""
-    resolve_profile = reading._resolve_profile
+    find_suspicions = reading.find_suspicions
 
-    def fail(body, spec, options):
-        if spec == "S1002":
+    def fail(profile, *options):
+        if profile.name == "S1002":
             raise error
-        return resolve_profile(body, spec, options)
+        return find_suspicions(profile, *options)
 
-    monkeypatch.setattr(reading, "_resolve_profile", fail)
+    monkeypatch.setattr(reading, "find_suspicions", fail)
     out = path.with_name("out")
     with stand_ins(inline_crew(), None, ""):
         assert call(["fleet", "run", str(path), "--out", str(out)]) == 3
-    assert "1 of 3 files were not read for want of memory, disk space or workers; run the same command again:\n" in (
+    assert "not read: 1 of 3 files, for want of memory, disk space or workers; run the same command again:\n" in (
         said := capsys.readouterr().err
     )
     assert f"  wheel S1002: {reason}" in said

@@ -30,10 +30,10 @@ from fecontact.features.fleet.sealed_folder import (
     check_sample,
     describe_redraw,
     digest_screen,
-    refuse_damaged_fleet,
 )
 from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, quote_column
 from fecontact.files import read_json
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import Record
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
     InputError
         If the fleet is not screened, or was screened again after its sample was drawn.
     """
-    with refuse_damaged_fleet(folder), open_tables(folder) as tables:
+    with open_tables(folder) as tables:
         _refuse_old_sample(tables, folder)
         (population,) = _query_subpopulations(tables).values()
         return FleetAnswer(
@@ -250,7 +250,7 @@ def _refuse_old_sample(tables: DuckDBPyConnection, folder: Path) -> None:
     )
     changed = row["drawn"] - row["unchanged"]
     reason = (
-        f"{changed} drawn positions have a different screen verdict or weight since the draw"
+        f"since the draw, the screen verdict or the weight changed at {count_text(changed, 'drawn position')}"
         if changed
         else "the positions were screened again with a different result since the sample was drawn"
     )

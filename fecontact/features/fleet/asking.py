@@ -92,10 +92,10 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.answer import evaluate_fleet
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import make_answer_rows, make_report_parts, write_report
-    from fecontact.features.fleet.sealed_folder import lock_fleet, refuse_damaged_fleet
+    from fecontact.features.fleet.sealed_folder import lock_fleet
     from fecontact.features.fleet.suspicious_files import make_suspicious_parts
 
-    with lock_fleet(folder), refuse_damaged_fleet(folder):
+    with lock_fleet(folder):
         fleet_answer = evaluate_fleet(folder)
         screened = open_fleet(folder)
         page = write_report(fleet_answer, folder, screened.case, make_suspicious_parts(screened))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,64 +11,78 @@ from typing import Any
 from fecontact.arrays import Floats
 from fecontact.case import Case, describe_unusual_inputs
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import Fleet, read_fleet
+from fecontact.features.fleet.model import Fleet, ScreeningTheory, read_fleet
+from fecontact.features.fleet.packages import import_parquet
+from fecontact.features.fleet.pair_jobs import weigh_pairs
 from fecontact.features.fleet.population import (
     BODIES,
     Candidate,
     describe_tables,
     list_candidates,
-    weigh_candidate_pairs,
 )
-from fecontact.features.fleet.profile_files import select_reading
+from fecontact.features.fleet.profile_files import (
+    check_profile,
+    list_reasons,
+    mark_unusable,
+    select_reading,
+    with_radius,
+)
 from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import (
     FLEET_FILE,
-    PROFILES,
     describe_rerun,
     read_record,
-    refuse_damaged_fleet,
 )
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
+    READ,
+    REFUSED,
+    SUSPICIOUS,
     Body,
     select_case_values,
     select_reading_values,
     set_case_values,
 )
-from fecontact.features.fleet.tables import read_parquet
+from fecontact.features.fleet.tables import read_profile_rows
 from fecontact.files import hash_file
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.resolve import read_profile_content, select_used_options
 
-# CPU seconds per file, per pair, per shift and per position on each profile variant of it; MB per worker, kB per pair
-# in the process that distributes the pairs. 100 measured wheels on 10 measured rails at ten positions took 0.9 s per
-# pair on a busy machine.
-_FILE_S, _PAIR_S, _PLACE_S, _POSITION_S, _WORKER_MB, _PAIR_KB = 0.6, 0.1, 0.02, 0.025, 270.0, 4.0
+# CPU seconds per file of 600 points, per pair, and per shift of a pair on each profile variant; MB per worker, kB per
+# pair in the process that distributes the pairs. Pairs of 1 to 50 positions took 0.067 to 1.53 s by strips.
+_FILE_S, _PAIR_S, _PLACE_S, _WORKER_MB, _PAIR_KB = 0.35, 0.025, 0.006, 270.0, 4.0
+# CPU seconds per position of a pair on each profile variant.
+_POSITION_S: Mapping[ScreeningTheory, float] = {"strip": 0.016, "half_space": 0.07}
+# Seconds before the first result of each worker and after the last: a process imports the program in 2 s, once for the
+# files and once for the pairs; its first pair takes 1 s more; tables and the end take 1 s.
+_START_S = 6.0
 # A solved case of a sample with its fields and pictures: 5.2 MB in the mean of five positions of worn examples, 7.4 MB
 # for measured profiles with two patches.
 _SAMPLE_MB = (5.0, 7.5)
 
 
-# Number of profile variants of a file without effective noise: the middle and both ends of the usual filters.
-_USUAL_VARIANTS = 3
+# Expected number of profile variants of a position, without and with a declared filter. It is 3 to 9, and 1 to 5.
+_USUAL_VARIANTS, _VARIANTS_WITH_FILTER = 6, 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class FleetCost:
-    """Size and cost of a fleet, without reading its files.
+    """Size and cost of a fleet, before its files are smoothed.
 
     Attributes
     ----------
     wheels, rails, pairs, positions
-        Numbers of profiles, of pairs, and of positions of all pairs.
+        Numbers of usable profiles, of pairs, and of positions of all pairs.
     cpu_seconds
-        CPU time of the screening.
+        CPU time of reading and screening, without the start of processes.
     memory_MB
         Memory of a worker.
     tables
         Sentence on the columns of each table: inputs, metadata, and names that may be a mistake.
     copies
         Sentence on the copies of each body, such as "10000 wheel files, of which 9999 are copies of other files".
+    unusable
+        Reasons and remedies of the files that cannot be used, without copies, by body and name.
     notes
         Unusual inputs that all positions have.
     """
@@ -80,19 +95,36 @@ class FleetCost:
     memory_MB: float
     tables: tuple[str, ...] = ()
     copies: tuple[str, ...] = ()
+    unusable: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    def estimate_seconds(self, workers: int) -> float:
+        """Expected time of a run on an idle machine, in s.
+
+        Parameters
+        ----------
+        workers
+            Number of processes, at most one for each core.
+
+        Returns
+        -------
+        float
+            Time from this estimate to the end of the run, with the start of the processes, without a report.
+        """
+        return _START_S + self.cpu_seconds / min(workers, max(1, self.pairs))
 
     @property
     def words(self) -> str:
         """Numbers and memory in a sentence, without the time."""
-        files = f"{self.wheels} wheels, {self.rails} rails, {self.pairs} pairs, {self.positions} positions"
-        return f"{files}; about {self.memory_MB:.0f} MB per worker"
+        counts = {"wheel": self.wheels, "rail": self.rails, "pair": self.pairs, "position": self.positions}
+        numbers = ", ".join(count_text(number, noun) for noun, number in counts.items())
+        return f"{numbers}; about {self.memory_MB:.0f} MB per worker"
 
 
 def check_fleet(fleet: str | Path) -> FleetCost:
     """Estimate the positions of a fleet, and their time and memory.
 
-    Only tables are read, no profiles.
+    All tables and the points of all files are read; nothing is smoothed.
 
     Parameters
     ----------
@@ -107,7 +139,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     Raises
     ------
     InputError
-        As `run_fleet` does, for errors that can be found without reading a profile.
+        As `run_fleet` does, for errors that can be found without smoothing a profile.
 
     Examples
     --------
@@ -121,29 +153,28 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     (2, 3, 6)
     """
     definition = read_fleet(Path(fleet))
-    candidates = list_candidates(definition)
-    weights: dict[str, dict[str, float]] = {body: {} for body in BODIES}
-    for candidate in candidates:
-        if not candidate.problem:
-            weights[candidate.body][candidate.name] = candidate.weight
-    for body, body_weights in weights.items():
-        if not body_weights:
-            reason = next(candidate.problem for candidate in candidates if candidate.body == body)
-            raise InputError(f"[{body}s]: no file can be read; first reason: {reason}; correct the list of files")
-    known_names = {f"{candidate.body} {candidate.name}" for candidate in candidates}
-    pairs = len(weigh_candidate_pairs(definition, weights["wheel"], weights["rail"], known_names))
-    positions, variants = len(definition.positions), _USUAL_VARIANTS if definition.filter_mm is None else 1
-    pair_seconds = _PAIR_S + variants * (len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S)
-    files = sum(map(len, weights.values()))
+    import_parquet()
+    candidates = [
+        mark_unusable(definition, with_radius(definition, candidate)) for candidate in list_candidates(definition)
+    ]
+    profiles = [check_profile(definition, candidate) for candidate in candidates]
+    pairs = len(weigh_pairs(definition, profiles))
+    counts = Counter(profile.candidate.body for profile in profiles if profile.record["status"] == READ)
+    positions = len(definition.positions)
+    variants = _USUAL_VARIANTS if definition.filter_mm is None else _VARIANTS_WITH_FILTER
+    pair_seconds = _PAIR_S + variants * (
+        len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S[definition.theory]
+    )
     return FleetCost(
-        wheels=len(weights["wheel"]),
-        rails=len(weights["rail"]),
+        wheels=counts["wheel"],
+        rails=counts["rail"],
         pairs=pairs,
         positions=pairs * positions,
-        cpu_seconds=files * _FILE_S + pairs * pair_seconds,
+        cpu_seconds=counts.total() * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
+        unusable=list_reasons([profile for profile in profiles if not profile.candidate.copy_of], REFUSED, SUSPICIOUS),
         notes=describe_unusual_inputs([definition.case]),
     )
 
@@ -311,12 +342,10 @@ def open_fleet(out: str | Path) -> ScreenedFleet:
     1
     """
     folder = Path(out)
-    with refuse_damaged_fleet(folder):
-        record = read_record(folder)
-        rows = read_parquet(folder / PROFILES).to_pylist()
-        return ScreenedFleet(
-            out=folder,
-            fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
-            record=record,
-            _rows={(row["body"], row["name"]): row for row in rows},
-        )
+    record = read_record(folder)
+    return ScreenedFleet(
+        out=folder,
+        fleet=read_fleet(folder / FLEET_FILE, Path(record["folder"])),
+        record=record,
+        _rows={(row["body"], row["name"]): row for row in read_profile_rows(folder)},
+    )

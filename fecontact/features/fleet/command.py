@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from cyclopts import App
 
@@ -13,6 +14,10 @@ from fecontact.console.progress import show_progress_by_kind
 from fecontact.console.run_messages import report_files
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.features.fleet.asking import report, sample
+from fecontact.inputs.texts import count_text
+
+if TYPE_CHECKING:
+    from fecontact.features.fleet.checking import FleetCost
 
 fleet = App(
     name="fleet",
@@ -34,7 +39,8 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         Folder for profiles.parquet (a row for each file, refused files included), screen/part-*.parquet (a row for each
         position) and fleet.json. A file that you add later costs only the time of this file and its pairs.
     """
-    from fecontact.features.fleet.running import refuse_part, run_fleet
+    from fecontact.features.fleet.profile_files import group_reasons
+    from fecontact.features.fleet.running import describe_suspicious, refuse_part, run_fleet
     from fecontact.features.fleet.sealed_folder import prepare_for_fleet
 
     settings = how.settings()
@@ -47,19 +53,24 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         print_result(screening.headline, quiet=how.quiet)
         if screening.reused:
             print_result(
-                f"{screening.reused} of {screening.pairs} pairs were finished by an earlier run", quiet=how.quiet
+                f"{screening.reused} of {count_text(screening.pairs, 'pair')} finished by an earlier run",
+                quiet=how.quiet,
             )
-        print_reasons(f"{len(screening.refused)} of {screening.profiles} files could not be read", screening.refused)
         print_reasons(
-            f"{len(screening.suspicious)} of {screening.profiles} files are suspicious, and"
-            f" {1e2 * screening.suspicious_share:.1f} % of the pairs, by weight, are left out for them; settle each"
-            " in its row of the table, and run the same command again (pictures: fecontact fleet report)",
-            screening.suspicious,
+            f"{len(screening.refused)} of {count_text(screening.profiles, 'file')} could not be read",
+            group_reasons(screening.refused),
         )
         print_reasons(
-            f"{len(screening.unread)} of {screening.profiles} files were not read for want of memory, disk space or"
+            f"{describe_suspicious(len(screening.suspicious), screening.profiles)}, and"
+            f" {1e2 * screening.suspicious_share:.1f} % of the pairs, by weight, are left out for them; settle each"
+            " in its row of the table, and run the same command again (pictures: fecontact fleet report)",
+            group_reasons(screening.suspicious),
+        )
+        print_reasons(
+            f"not read: {len(screening.unread)} of {count_text(screening.profiles, 'file')}, for want of"
+            " memory, disk space or"
             " workers; run the same command again",
-            screening.unread,
+            group_reasons(screening.unread),
         )
         if screening.removed_report:
             print_result(
@@ -71,19 +82,20 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
                 write_to_log(f"{name}: {note}")
         if screening.notes:
             print_result(
-                f"the readers made assumptions about {len(screening.notes)} of {screening.profiles} files, such as the"
+                f"the readers made assumptions about {len(screening.notes)} of"
+                f" {count_text(screening.profiles, 'file')}, such as the"
                 f" side or the origin; see the notes in {out / 'run.log'}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
-        print_reasons(f"{len(failed)} of {screening.pairs} pairs failed", failed)
+        print_reasons(f"{len(failed)} of {count_text(screening.pairs, 'pair')} failed", failed)
         report_files(out, ("profiles.parquet", "screen", "fleet.json"), "", replace(how, part=None))
     return 3 if screening.failed or screening.unread else 0
 
 
 @fleet.command
 def check(file: Path) -> int:
-    """Print columns, size, time and memory of a fleet without reading a profile.
+    """Print columns, unusable files, size, time and memory of a fleet without smoothing a profile.
 
     Parameters
     ----------
@@ -91,13 +103,15 @@ def check(file: Path) -> int:
         File of the fleet (TOML), as for `fecontact fleet run`.
     """
     from fecontact.features.fleet.checking import describe_sample_size
+    from fecontact.features.fleet.profile_files import group_reasons
 
-    announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
+    cost = announce_cost(file, DEFAULT_RUN_OPTIONS, say=print_result)
+    print_reasons(f"{count_text(len(cost.unusable), 'file')} cannot be used", group_reasons(cost.unusable))
     print_result(describe_sample_size())
     return 0
 
 
-def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type: ignore[no-untyped-def]
+def announce_cost(file: Path, how: RunOptions, *, say=announce) -> FleetCost:  # type: ignore[no-untyped-def]
     """Print the columns of the tables of a fleet, and its size, memory and time.
 
     Parameters
@@ -108,6 +122,11 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
         Options of the run, with the number of workers.
     say
         Function that prints.
+
+    Returns
+    -------
+    FleetCost
+        Size and cost of the fleet.
     """
     from fecontact.features.fleet.checking import check_fleet
     from fecontact.jobs.remaining import format_duration
@@ -117,7 +136,11 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> None:  # type
     for sentence in (*cost.tables, *cost.copies, *cost.notes):
         say(sentence, quiet=how.quiet)
     workers = how.workers or count_default_workers()
-    say(f"{cost.words}; about {format_duration(cost.cpu_seconds / workers)} with {workers} workers", quiet=how.quiet)
+    say(
+        f"{cost.words}; about {format_duration(cost.estimate_seconds(workers))} with {count_text(workers, 'worker')}",
+        quiet=how.quiet,
+    )
+    return cost
 
 
 @fleet.command

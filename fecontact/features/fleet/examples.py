@@ -17,6 +17,7 @@ from fecontact.features.fleet.model import FleetSettings
 from fecontact.files import write_text
 from fecontact.inputs.slots import list_input_places
 from fecontact.inputs.templates import fill_toml_template
+from fecontact.inputs.texts import count_text
 from fecontact.profiles.examples import format_points, make_worn_points
 
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
@@ -95,7 +96,7 @@ def _refuse_existing_files(folder: Path, wheels: int, rails: int) -> None:
     )
     existing_files = [str(folder / name) for name in names if os.path.lexists(folder / name)]
     if existing_files:
-        further = f" and {len(existing_files) - 3} further files" * (len(existing_files) > 3)
+        further = f" and {count_text(len(existing_files) - 3, 'further file')}" * (len(existing_files) > 3)
         raise InputError(
             f"the example would overwrite {', '.join(existing_files[:3])}{further}; give another folder, or --force"
         )

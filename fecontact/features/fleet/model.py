@@ -15,6 +15,7 @@ from fecontact.features.fleet.table_columns import POSITION_LAYOUT
 from fecontact.files import read_toml
 from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
 from fecontact.inputs.slots import input_dataclass, read_table
+from fecontact.inputs.texts import count_text
 from fecontact.inputs.user_tables import read_user_table
 from fecontact.runs.toml_cases import read_case_table
 
@@ -75,7 +76,12 @@ class Pairing:
     """Pairs of wheels and rails: each wheel with each rail by default."""
 
     draw: float | None = number_field(
-        None, "Number of pairs, drawn by the weights of wheels and rails", low=0.5, high=1e6, remedy="give 1 to 1000000"
+        None,
+        "Number of pairs, drawn by the weights of wheels and rails",
+        low=1.0,
+        high=1e6,
+        whole=True,
+        remedy="give for example 10000",
     )
     table: str | None = _make_table_slot(
         "Table (.csv, .parquet) with the columns wheel and rail, and weight if the weights differ"
@@ -99,7 +105,12 @@ class Distribution:
     normal: Any = _make_numbers_slot("Mean and standard deviation", "two numbers: mean and standard deviation")
     uniform: Any = _make_numbers_slot("Smallest and largest value", "two numbers: smallest and largest value")
     count: float = number_field(
-        10.0, "Number of equally likely values of a distribution", low=1.0, high=_MOST_VALUES, remedy="give 5 to 20"
+        10.0,
+        "Number of equally likely values of a distribution",
+        low=1.0,
+        high=_MOST_VALUES,
+        whole=True,
+        remedy="give 5 to 20",
     )
 
     def __post_init__(self) -> None:
@@ -111,12 +122,14 @@ class Distribution:
             )
         if self.values is None and len(getattr(self, present[0])) != 2:
             raise InputError(
-                f"{present[0]} has {len(getattr(self, present[0]))} numbers; allowed: 2; give mean and standard"
+                f"{present[0]} has {count_text(len(getattr(self, present[0])), 'number')}; allowed: 2;"
+                " give mean and standard"
                 " deviation (normal), or smallest and largest value (uniform)"
             )
         if self.weights is not None and len(self.weights) != len(self.values or ()):
             raise InputError(
-                f"{len(self.weights)} weights for {len(self.values or ())} values; give a weight for each value"
+                f"{count_text(len(self.weights), 'weight')} for"
+                f" {count_text(len(self.values or ()), 'value')}; give a weight for each value"
             )
 
     @property
@@ -199,7 +212,9 @@ def normalise_weights(weighted: Any, subject: str) -> dict[Any, float]:
 class FleetSettings:
     """Keys at the top level of the file, outside its tables."""
 
-    seed: float = number_field(1.0, "Seed of random draws", low=0.0, high=2**53, remedy="give a whole number")
+    seed: float = number_field(
+        1.0, "Seed of random draws", low=0.0, high=2**53, whole=True, remedy="give for example 1"
+    )
     theory: ScreeningTheory = choice_field("strip", "Theory of the screen", ("strip", "half_space"))
     filter_mm: float | None = number_field(
         None,

@@ -19,8 +19,8 @@ from fecontact.features.fleet.population import Candidate, Pair, list_weighted_p
 from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
-from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, make_schema
-from fecontact.features.fleet.sealed_folder import PAIR_JOBS, PROFILES, SCREEN, list_own_parts
+from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
+from fecontact.features.fleet.sealed_folder import PAIR_JOBS, SCREEN, list_own_parts
 from fecontact.features.fleet.table_columns import (
     READ,
     SUSPICIOUS,
@@ -28,15 +28,15 @@ from fecontact.features.fleet.table_columns import (
     select_case_values,
     set_case_values,
 )
-from fecontact.features.fleet.tables import read_parquet, write_parquet
+from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import WorkersLost
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import digest_json
 
-VERDICTS = ("HOLDS", "FAILS", "OPEN", REFUSED, NO_CONTACT)
 _PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # Profiles of the library that replace files in a case with given profile variants.
 _PLACEHOLDER = {"wheel": "S1002", "rail": "60E1"}
@@ -66,15 +66,18 @@ def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, flo
     """
     weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
     for profile in profiles:
-        if profile.stored is not None:
+        if profile.record["status"] == READ:
             weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
     for body, body_weights in weights.items():
         if not body_weights:
             unusable = [profile for profile in profiles if profile.candidate.body == body]
-            reason = f"first reason: {read_refusal_reason(unusable[0])}; all reasons: {PROFILES}"
+            reason = f"first reason: {read_refusal_reason(unusable[0])}"
             if unread := [profile for profile in unusable if profile.record["status"] == UNREAD]:
                 raise WorkersLost(f"[{body}s]: no file could be read; {reason}; {unread[0].record['remedy']}")
-            raise InputError(f"[{body}s]: no file could be used; {reason}; remedy: {unusable[0].record['remedy']}")
+            raise InputError(
+                f"[{body}s]: 0 of {count_text(len(unusable), 'file')} can be used; {reason}; remedy:"
+                f" {unusable[0].record['remedy']}"
+            )
     known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
     return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
 
@@ -246,7 +249,7 @@ def write_screen(
                 ]
                 table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
-                table = read_parquet(out / PAIR_JOBS / job_id / ROWS_FILE)
+                table = _read_pair_rows(out / PAIR_JOBS / job_id, len(fleet.positions))
             weights = [pairs[pair] * weight for weight in fleet.positions.values()]
             for verdict, weight in zip(table["verdict"].to_pylist(), weights, strict=True):
                 verdict_weights[verdict] += weight
@@ -260,3 +263,14 @@ def write_screen(
     for name in earlier_parts - written:
         (out / SCREEN / name).unlink()
     return verdict_weights
+
+
+def _read_pair_rows(folder: Path, positions: int) -> Any:
+    """Table of a finished pair; raises InputError if its columns or its number of rows are not those of a screening."""
+    table = read_parquet(folder / ROWS_FILE)
+    if not table.schema.equals(make_schema()) or table.num_rows != positions:
+        raise InputError(
+            f"{folder / ROWS_FILE} does not have the columns and rows of a screened pair; remove {folder}, and run the"
+            " same command again"
+        )
+    return table

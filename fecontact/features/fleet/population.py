@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
 from pathlib import Path
@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from fecontact.errors import InputError
+from fecontact.features.fleet.file_lists import is_file_table, refuse_unclear_table, select_profile_files
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.table_columns import (
@@ -28,8 +29,8 @@ from fecontact.features.fleet.table_columns import (
     select_reading_values,
 )
 from fecontact.files import path_exists
-from fecontact.inputs.table_files import guess_column_names, is_parquet, open_table_file
-from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table, reduce_name
+from fecontact.inputs.table_files import open_table_file
+from fecontact.inputs.user_tables import TableLayout, convert_plain_numbers, read_user_table
 from fecontact.profiles.library import find_library_name, is_library_name
 from fecontact.profiles.readers.columns import file_bytes
 
@@ -38,8 +39,6 @@ Pair = tuple[str, str]
 """Names of a wheel and a rail."""
 # Endings of the files of the other body; a folder of an instrument has files of both bodies.
 _SUFFIXES_OF_THE_OTHER_BODY = {"wheel": (".ban", ".prr"), "rail": (".whl", ".prw")}
-# Names of a column by which a CSV file is recognised as a list of files.
-_FILE_COLUMNS = {"file", "files", "filename", "path", "filepath"}
 _LISTED_COLUMNS = ("file", "name", "weight")
 
 
@@ -65,6 +64,8 @@ class Candidate:
         Reason why it is not read.
     copy_of
         Name of an earlier profile with the same content and the same options; empty if there is none.
+    has_row
+        Whether it is a row of a table.
     """
 
     body: Body
@@ -77,6 +78,7 @@ class Candidate:
     problem: str = ""
     remedy: str = ""
     copy_of: str = ""
+    has_row: bool = False
 
 
 def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
@@ -100,8 +102,8 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
         If there is no file, there are too many, or a table cannot be read.
     """
     texts = fleet.wheels if body == "wheel" else fleet.rails
-    all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet.folder, text, body))
-    profiles = list(islice(all_candidates, MOST_FILES + 1))
+    all_candidates = (candidate for text in texts for candidate in _find_candidates(fleet, text, body))
+    profiles = _count_once(list(islice(all_candidates, MOST_FILES + 1)))
     if not profiles:
         raise InputError(f"[{body}s]: no file in {', '.join(texts)}; give a folder or a glob with at least one file")
     if len(profiles) > MOST_FILES:
@@ -111,23 +113,42 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
     return [_check_content(_assign_unique_name(_check_path(candidate), names), contents) for candidate in profiles]
 
 
-def _find_candidates(folder: Path, text: str, body: Body) -> Iterator[Candidate]:
+def _count_once(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Candidates without repetitions of a file that has the same real path.
+
+    The row of a table counts in place of the same file in a folder. Several rows of a file stay.
+    """
+    paths = [os.path.realpath(candidate.spec) for candidate in candidates]
+    seen = {path for candidate, path in zip(candidates, paths, strict=True) if candidate.has_row}
+    counted = []
+    for candidate, path in zip(candidates, paths, strict=True):
+        if candidate.has_row or path not in seen or is_library_name(candidate.spec):
+            counted.append(candidate)
+        seen.add(path)
+    return counted
+
+
+def _find_candidates(fleet: Fleet, text: str, body: Body) -> Iterator[Candidate]:
     """Profiles of a text: a name of the library, a glob, a folder, a table or a file."""
-    path = folder / text
+    folder, path = fleet.folder, fleet.folder / text
+    tables = [folder / table for table in (fleet.pairing.table, fleet.positions_table) if table is not None]
     if is_library_name(text) and not path.exists():
         yield Candidate(body=body, name=text, spec=text)
     elif not os.path.exists(path) and any(sign in text for sign in "*?["):
-        yield from (_make_file_candidate(file, body) for file in _match_pattern(folder, text, body))
+        files = select_profile_files(_match_pattern(folder, text, body), tables)
+        yield from (_make_file_candidate(file, body) for file in files)
     elif path.is_dir():
-        files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
+        visible_files = (file for file in sorted(path.iterdir()) if file.is_file() and not file.name.startswith("."))
+        files = select_profile_files(visible_files, tables)
         yield from (
             _make_file_candidate(file, body)
             for file in files
             if file.suffix.lower() not in _SUFFIXES_OF_THE_OTHER_BODY[body]
         )
-    elif is_parquet(path) or _is_table(path):
+    elif is_file_table(path):
         yield from _read_table_candidates(path, body)
     else:
+        refuse_unclear_table(path, body)
         yield _make_file_candidate(path, body)
 
 
@@ -160,13 +181,6 @@ def _make_file_candidate(path: Path, body: Body) -> Candidate:
     return Candidate(body=body, name=path.stem, spec=str(path.absolute()))
 
 
-def _is_table(path: Path) -> bool:
-    """Whether a CSV file lists files and is not a profile."""
-    if path.suffix.lower() != ".csv" or not path.is_file():
-        return False
-    return not _FILE_COLUMNS.isdisjoint(map(reduce_name, guess_column_names(path)))
-
-
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
     """Profiles of the rows of a table, with the values of further columns."""
     rows_by_name: dict[str, int] = {}
@@ -186,6 +200,7 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
             weight=row.values.get("weight", 1.0),
             known={name: value for name, value in row.values.items() if name not in _LISTED_COLUMNS},
             metadata=row.metadata,
+            has_row=True,
         )
 
 
@@ -252,7 +267,7 @@ def describe_tables(fleet: Fleet) -> list[str]:
         (text, make_profile_layout(body), True)
         for body, texts in zip(BODIES, (fleet.wheels, fleet.rails), strict=True)
         for text in texts
-        if (path := fleet.folder / text).is_file() and (is_parquet(path) or _is_table(path))
+        if is_file_table(fleet.folder / text)
     ]
     if fleet.pairing.table is not None:
         tables.append((fleet.pairing.table, PAIR_LAYOUT, False))
@@ -313,7 +328,8 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
         try:
             content = hashlib.sha256(file_bytes(Path(candidate.spec))).hexdigest()
         except InputError as error:
-            problem, remedy = _explain_missing_file(candidate) or (str(error), "check the path")
+            problem, _, remedy = str(error).partition("; ")
+            problem, remedy = _explain_missing_file(candidate) or (problem, remedy or "check the path")
             return replace(candidate, problem=problem, remedy=remedy)
         candidate = replace(candidate, content_hash=content)
     reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))
@@ -374,7 +390,7 @@ def weigh_candidate_pairs(
         return normalise_weights(list_weighted_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
     if fleet.pairing.draw is not None:
         draw = np.random.default_rng(fleet.seed).choice
-        count = round(fleet.pairing.draw)
+        count = int(fleet.pairing.draw)
         drawn_names = (
             draw(list(weights), count, p=list(weights.values())) for weights in (wheel_weights, rail_weights)
         )

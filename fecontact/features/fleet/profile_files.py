@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,11 +26,17 @@ from fecontact.features.fleet.table_columns import (
     select_reading_values,
     set_case_values,
 )
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import OpenRun
 from fecontact.jobs.workers import JobOutcome
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import radius_note, radius_of_file_mm
 from fecontact.runs.identity import digest_json
+
+# Names that are shown for each kind of reason.
+_MOST_NAMES = 3
+# Parts by which reasons of one kind differ: the name of a copied file, quoted texts, paths and numbers.
+_VARYING_TEXT = re.compile(r"(?<=same content as ).*?(?=;)|'[^']*'|\S*[/\\]\S*|[-+]?\d[\d.]*(?:e[-+]?\d+)?")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,6 +93,64 @@ class ReadProfile:
 def read_refusal_reason(profile: ReadProfile) -> str:
     """Reason why a profile is suspicious or refused."""
     return str(profile.record["reason"])
+
+
+def list_reasons(profiles: Sequence[ReadProfile], *statuses: str) -> dict[str, str]:
+    """Reasons and remedies of the profiles with some statuses.
+
+    Parameters
+    ----------
+    profiles
+        Results of the readings.
+    *statuses
+        Such as `REFUSED`.
+
+    Returns
+    -------
+    dict
+        Reason, with the remedy after a semicolon, by body and name.
+    """
+    return {
+        f"{profile.candidate.body} {profile.candidate.name}": "; ".join(
+            filter(None, (read_refusal_reason(profile), profile.record.get("remedy")))
+        )
+        for profile in profiles
+        if profile.record["status"] in statuses
+    }
+
+
+def group_reasons(reasons: Mapping[str, str]) -> dict[str, str]:
+    """First reason of each kind of reasons, by the count and the first names of its profiles.
+
+    Reasons of a kind differ only by numbers, paths, names and quoted texts.
+
+    Parameters
+    ----------
+    reasons
+        Reason of each profile, by body and name.
+
+    Returns
+    -------
+    dict
+        Reason by words such as "4 files, wheel a, wheel b, wheel c, ...", or by the only name.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.profile_files import group_reasons
+    >>> group_reasons({"rail a": "/data/a.csv has 3 points; give 50", "rail b": "/data/b.csv has 5 points; give 50"})
+    {'2 files, rail a, rail b': '/data/a.csv has 3 points; give 50'}
+    """
+    names_by_kind: dict[str, list[str]] = {}
+    for name, reason in reasons.items():
+        own_name = rf"(?<!\w){re.escape(name.partition(' ')[2])}(?!\w)"
+        kind = _VARYING_TEXT.sub("...", re.sub(own_name, "...", reason))
+        names_by_kind.setdefault(kind, []).append(name)
+    groups = {}
+    for names in names_by_kind.values():
+        omitted = ", ..." * (len(names) > _MOST_NAMES)
+        count = f"{count_text(len(names), 'file')}, " * (len(names) > 1)
+        groups[f"{count}{', '.join(names[:_MOST_NAMES])}{omitted}"] = reasons[names[0]]
+    return groups
 
 
 def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
@@ -198,26 +263,17 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     list of ReadProfile
         The result of each profile, in order.
     """
-    track = fleet.case.track
-    gauge_depth_mm = 0.0 if track.rail_crown_y_mm is not None else track.gauge_depth_mm
     works: dict[str, ReadingProfile] = {}
     job_ids: list[str] = []
     for candidate in candidates:
-        reading = select_reading(fleet, candidate)
-        work = ReadingProfile(
-            body=candidate.body,
-            spec=candidate.spec,
-            content_hash=candidate.content_hash,
-            reading=reading,
-            gauge_depth_mm=gauge_depth_mm,
-        )
+        work = _make_work(fleet, candidate)
         # the file suffix determines how the content is read
         identity = (
             candidate.body,
             candidate.content_hash or candidate.spec,
             Path(candidate.spec).suffix.lower(),
-            repr(reading),
-            gauge_depth_mm,
+            repr(work.reading),
+            work.gauge_depth_mm,
         )
         job_ids.append("" if candidate.problem else digest_json(identity)[:20])
         if not candidate.problem:
@@ -235,6 +291,48 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     ]
 
 
+def _make_work(fleet: Fleet, candidate: Candidate) -> ReadingProfile:
+    """Job that reads the file of a profile."""
+    track = fleet.case.track
+    return ReadingProfile(
+        body=candidate.body,
+        spec=candidate.spec,
+        content_hash=candidate.content_hash,
+        reading=select_reading(fleet, candidate),
+        gauge_depth_mm=0.0 if track.rail_crown_y_mm is not None else track.gauge_depth_mm,
+    )
+
+
+def check_profile(fleet: Fleet, candidate: Candidate) -> ReadProfile:
+    """Read the points of a profile without smoothing and storing them.
+
+    Parameters
+    ----------
+    fleet
+        Definition of the fleet.
+    candidate
+        Profile after `mark_unusable`.
+
+    Returns
+    -------
+    ReadProfile
+        Profile with the status `read`, or with the status, reason and remedy that a run would give.
+    """
+    if candidate.problem:
+        return _refuse_candidate(candidate)
+    refusal = _make_work(fleet, candidate).find_refusal()
+    return ReadProfile(
+        candidate=candidate, record={"status": READ} if refusal is None else judge_profile(fleet, candidate, refusal)
+    )
+
+
+def _refuse_candidate(candidate: Candidate) -> ReadProfile:
+    """Profile that is refused with the problem of its candidate."""
+    return ReadProfile(
+        candidate=candidate, record={"status": REFUSED, "reason": candidate.problem, "remedy": candidate.remedy}
+    )
+
+
 def _collect_profile(
     fleet: Fleet, candidate: Candidate, outcome: JobOutcome | None, work: ReadingProfile | None, folder: Path
 ) -> ReadProfile:
@@ -245,9 +343,7 @@ def _collect_profile(
     refusal with the failure as reason; a lack of memory, a full disk or a lost process is not a property of the file.
     """
     if outcome is None or work is None:
-        return ReadProfile(
-            candidate=candidate, record={"status": REFUSED, "reason": candidate.problem, "remedy": candidate.remedy}
-        )
+        return _refuse_candidate(candidate)
     if outcome.failure is not None and outcome.is_system_failure:
         remedy = "free memory or disk space, or use fewer --workers, and run the same command again"
         return ReadProfile(candidate=candidate, record={"status": UNREAD, "reason": outcome.failure, "remedy": remedy})

@@ -22,10 +22,11 @@ from fecontact.jobs.store import Origin
 from fecontact.jobs.workers import WorkResult
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.flange import measure_flange
-from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.library import is_library_name, load_library_profile
 from fecontact.profiles.plausibility import find_suspicions
+from fecontact.profiles.points import ProfilePoints, check_points
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.resolve import resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Registration, SmoothingFrame
 from fecontact.profiles.suspicions import Suspicion, SuspiciousProfileError
 from fecontact.profiles.variants import build_smoothed_segments
@@ -192,11 +193,7 @@ class ReadingProfile:
             raise
         except InputError as error:
             self._refuse_changed_file()
-            reason, _, remedy = str(error).partition("; ")
-            record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
-            if isinstance(error, SuspiciousProfileError):
-                record["suspicions"] = [asdict(Suspicion(kind=error.kind, text=reason))]
-            write_json(folder / _RECORD_FILE, record)
+            write_json(folder / _RECORD_FILE, _make_refusal_record(error))
             return WorkResult()
         self._refuse_changed_file()
         variants = {} if profile.measured is None else {label_reference(profile): profile}
@@ -208,10 +205,49 @@ class ReadingProfile:
             _store_variants([*variants.values()], folder / _VARIANTS_FILE)
         return WorkResult()
 
+    def find_refusal(self) -> dict[str, Any] | None:
+        """Read the points without smoothing them.
+
+        Returns
+        -------
+        dict or None
+            Record of a file that is refused; None if the points can be used.
+
+        Raises
+        ------
+        MemoryShortageError
+            If the memory does not suffice.
+        """
+        try:
+            self._read_points()
+        except MemoryShortageError:
+            raise
+        except InputError as error:
+            return _make_refusal_record(error)
+        return None
+
     def _refuse_changed_file(self) -> None:
         """Raise OSError if the file changed or can no longer be read: its reading is not a result of its content."""
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
+
+    def _read_points(self) -> None:
+        """Read and check the profile without smoothing its points."""
+        if is_library_name(self.spec):
+            _resolve_profile(self.body, self.spec, self.reading)
+            return
+        content = read_profile_content(self.spec, self.body, self.reading)
+        if isinstance(content, ProfilePoints):
+            check_points(content, self.reading)
+
+
+def _make_refusal_record(error: InputError) -> dict[str, Any]:
+    """Record of a file that is refused, with its suspicion if the file may be of the other body or side."""
+    reason, _, remedy = str(error).partition("; ")
+    record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
+    if isinstance(error, SuspiciousProfileError):
+        record["suspicions"] = [asdict(Suspicion(kind=error.kind, text=reason))]
+    return record
 
 
 def _make_record(profile: Profile, variants: Mapping[str, Profile]) -> dict[str, Any]:

@@ -19,10 +19,9 @@ from fecontact.features.fleet.packages import import_parquet
 from fecontact.features.fleet.pair_jobs import find_suspicious_share, screen_pairs, weigh_pairs, write_screen
 from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import (
-    ReadProfile,
+    list_reasons,
     mark_unusable,
     read_profiles,
-    read_refusal_reason,
     with_radius,
 )
 from fecontact.features.fleet.reading import find_origin
@@ -39,6 +38,7 @@ from fecontact.features.fleet.sealed_folder import (
 from fecontact.features.fleet.table_columns import REFUSED, SUSPICIOUS, UNREAD
 from fecontact.features.fleet.tables import write_table
 from fecontact.files import write_text
+from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import RunSettings, open_run
 from fecontact.jobs.remaining import Progress
 from fecontact.jobs.store import remove_leftovers
@@ -59,7 +59,7 @@ class FleetScreening:
     verdicts
         Weight of each verdict; they sum to 1.
     profiles, refused
-        Number of files, and reasons of the refused files.
+        Number of files, and reasons and remedies of the refused files.
     reused
         Number of pairs that were finished before.
     failed
@@ -95,26 +95,21 @@ class FleetScreening:
         """Answer of the screening in a sentence."""
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
         missing = len(self.refused) + len(self.unread)
-        refused_text = f"; {missing} of {self.profiles} files could not be read" if missing else ""
+        refused_text = f"; {missing} of {count_text(self.profiles, 'file')} could not be read" if missing else ""
         if self.suspicious:
             refused_text += (
-                f"; {len(self.suspicious)} of {self.profiles} files are suspicious, and"
+                f"; {describe_suspicious(len(self.suspicious), self.profiles)}, and"
                 f" {1e2 * self.suspicious_share:.1f} % of the pairs, by weight, are left out for them"
             )
-        return f"{self.positions} positions of {self.pairs} pairs, by weight: {verdicts_text} (screen){refused_text}"
+        return (
+            f"{count_text(self.positions, 'position')} of {count_text(self.pairs, 'pair')}, by"
+            f" weight: {verdicts_text} (screen){refused_text}"
+        )
 
 
-def _list_reasons(profiles: Sequence[ReadProfile], status: str) -> dict[str, str]:
-    """Reasons of the profiles with a status, by body and name.
-
-    The reason of a suspicious profile has its remedy.
-    """
-    return {
-        f"{profile.candidate.body} {profile.candidate.name}": read_refusal_reason(profile)
-        + (f"; {profile.record['remedy']}" if status == SUSPICIOUS else "")
-        for profile in profiles
-        if profile.record["status"] == status
-    }
+def describe_suspicious(number: int, files: int) -> str:
+    """Words on the number of suspicious files among all files."""
+    return f"{number} of {count_text(files, 'file')} {'is' if number == 1 else 'are'} suspicious"
 
 
 def refuse_part(settings: RunSettings) -> None:
@@ -203,9 +198,9 @@ def run_fleet(
             positions=len(pairs) * len(definition.positions),
             verdicts={name: share for name, share in verdict_weights.items() if share},
             profiles=len(profiles),
-            refused=_list_reasons(profiles, REFUSED),
-            unread=_list_reasons(profiles, UNREAD),
-            suspicious=_list_reasons(profiles, SUSPICIOUS),
+            refused=list_reasons(profiles, REFUSED),
+            unread=list_reasons(profiles, UNREAD),
+            suspicious=list_reasons(profiles, SUSPICIOUS),
             suspicious_share=find_suspicious_share(definition, profiles),
             reused=len(pair_run.reused) - reused_files,
             failed=failed,
@@ -263,7 +258,8 @@ def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:
     )
     ranges = [f"{min(values):.4g} to {max(values):.4g}" for values in zip(*fleet.positions, strict=True)]
     return (
-        f"{screened.pairs} pairs ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
-        f" {', '.join(fleet.rails)}, each at {len(fleet.positions)} positions (shifts of {ranges[0]} mm, loads of"
+        f"{count_text(screened.pairs, 'pair')} ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
+        f" {', '.join(fleet.rails)}, each at {count_text(len(fleet.positions), 'position')} (shifts of"
+        f" {ranges[0]} mm, loads of"
         f" {ranges[1]} kN), by weight"
     )

@@ -22,11 +22,10 @@ from fecontact.features.fleet.sealed_folder import (
     SAMPLE_FOLDER,
     digest_screen,
     lock_fleet,
-    refuse_damaged_fleet,
     refuse_links,
     write_sample_record,
 )
-from fecontact.features.fleet.tables import POSITION_COLUMNS, STRATA, open_tables, query_rows, write_table
+from fecontact.features.fleet.tables import FE_ANSWERS, POSITION_COLUMNS, STRATA, open_tables, query_rows, write_table
 from fecontact.files import read_json
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
@@ -40,7 +39,7 @@ from fecontact.runs.study import StudyOutcome, run_study
 if TYPE_CHECKING:
     from duckdb import DuckDBPyConnection
 
-HOLDS, FAILS, OPEN, UNSOLVED = "HOLDS", "FAILS", "OPEN", "UNSOLVED"
+HOLDS, FAILS, OPEN, UNSOLVED = FE_ANSWERS
 """Answers of finite elements for a drawn position."""
 # Shares that hold, assumed before any draw; each has the weight of one draw.
 _PRIOR_SHARES = dict(zip(STRATA, (0.98, 0.5, 0.02, 0.02), strict=True))
@@ -99,7 +98,7 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
         raise InputError(
             f"--finite-elements is {draws}; allowed: at least 2; 300 give an interval of about 2 percentage points"
         )
-    with refuse_damaged_fleet(folder), open_tables(folder) as tables:
+    with open_tables(folder) as tables:
         screen = digest_screen(read_json(folder / FLEET_RECORD))
         seed = _find_seed(tables, seed)
         counts = _allocate_to_strata(tables, draws)

@@ -11,11 +11,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from fecontact.errors import FecontactError, InputError
-from fecontact.features.fleet.packages import import_duckdb, import_parquet
+from fecontact.errors import InputError
+from fecontact.features.fleet.model import ScreeningTheory
+from fecontact.features.fleet.packages import import_parquet
 from fecontact.files import describe_object, explain_broken_seal, hash_file, list_companions, read_json, write_sealed
+from fecontact.inputs.kinds import to_float
 from fecontact.jobs.store import LOCK, find_damage, lock_folder
 from fecontact.outputs.study_report import REPORT_FILE
 from fecontact.runs.folder import prepare_folder
@@ -297,9 +299,35 @@ def read_record(folder: Path) -> dict[str, Any]:
         )
     if problem := find_damage(folder, checksums):
         raise InputError(f"{folder}: {problem}; {describe_rerun(folder)}")
+    if problem := _find_wrong_entry(document):
+        raise InputError(f"{record}: {problem}; {describe_rerun(folder)}")
     if added := {f"{SCREEN}/{path.name}" for path in _list_parts(folder)} - sealed_parts.keys():
         raise InputError(f"{folder}: {min(added)} was added after the screening; {describe_rerun(folder)}")
     return document
+
+
+def _find_wrong_entry(record: Mapping[str, Any]) -> str:
+    """First entry of `fleet.json` that does not have its type; empty if there is none."""
+    for name in ("folder", "population", "file", "headline"):
+        if not isinstance(text := record.get(name, None if name == "folder" else ""), str) or "\0" in text:
+            return f"{name} is not a text, or has a NUL character"
+    if record.get("theory") not in get_args(ScreeningTheory):
+        return f"theory is {record.get('theory')!r:.80}; allowed: {', '.join(get_args(ScreeningTheory))}"
+    share = to_float(record.get("suspicious_share", 0.0))
+    return "" if share is not None and 0.0 <= share <= 1.0 else "suspicious_share is not a number from 0 to 1"
+
+
+def _read_samples(path: Path, remedy: str) -> list[dict[str, Any]]:
+    """Checksums of the samples in `sample.json`; raises InputError if the file was changed or has another layout."""
+    samples = _read_sealed(path, remedy).get("samples")
+    if not isinstance(samples, list) or not samples or not all(map(_is_sample, samples)):
+        raise InputError(f"{path} has a different layout; {remedy}")
+    return samples
+
+
+def _is_sample(state: Any) -> bool:
+    """Whether an entry of `sample.json` has the checksum of a sample and the digest of its tables."""
+    return isinstance(state, Mapping) and all(isinstance(state.get(name), str) for name in ("checksum", "screen"))
 
 
 def _read_sealed(path: Path, remedy: str) -> dict[str, Any]:
@@ -320,8 +348,8 @@ def _select_parts(record: Mapping[str, Any]) -> dict[str, str]:
     return {name: digest for name, digest in list_companions(record).items() if name.startswith(f"{SCREEN}/")}
 
 
-def list_parts(folder: Path, record: Mapping[str, Any]) -> list[str]:
-    """Names for DuckDB of the tables of positions: their absolute paths, which are not patterns.
+def list_part_paths(folder: Path, record: Mapping[str, Any]) -> list[Path]:
+    """Paths of the tables of positions.
 
     Parameters
     ----------
@@ -332,10 +360,10 @@ def list_parts(folder: Path, record: Mapping[str, Any]) -> list[str]:
 
     Returns
     -------
-    list of str
-        Names in the order of the tables.
+    list of Path
+        Files in the order of the tables.
     """
-    return [name_for_duckdb(folder / name) for name in sorted(_select_parts(record))]
+    return [folder / name for name in sorted(_select_parts(record))]
 
 
 def name_for_duckdb(path: Path) -> str:
@@ -382,7 +410,7 @@ def write_sample_record(folder: Path, table: Path, screen: str, *, keep_earlier:
     """
     states = [{"checksum": hash_file(table), "screen": screen}]
     if keep_earlier and (folder / SAMPLE_RECORD).exists():
-        states += _read_sealed(folder / SAMPLE_RECORD, describe_redraw(folder))["samples"]
+        states += _read_samples(folder / SAMPLE_RECORD, describe_redraw(folder))
     write_sealed(folder / SAMPLE_RECORD, {"kind": "fleet sample", "samples": states})
 
 
@@ -411,7 +439,7 @@ def check_sample(folder: Path) -> str | None:
     for path in (table, record):
         if not path.is_symlink() and not path.exists():
             raise InputError(f"{path} is missing; {remedy}")
-    for state in _read_sealed(record, remedy)["samples"]:
+    for state in _read_samples(record, remedy):
         problem = find_damage(folder, {SAMPLE: state["checksum"]})
         if problem is None:
             return str(state["screen"])
@@ -496,38 +524,3 @@ def lock_fleet(folder: Path) -> Iterator[None]:
     refuse_links(folder)
     with lock_folder(folder):
         yield
-
-
-@contextmanager
-def refuse_damaged_fleet(folder: Path) -> Iterator[None]:
-    """Turn every exception that changed tables cause into an `InputError`.
-
-    Checksums show accidental changes before. This is for tables that were replaced together with their checksums.
-
-    Parameters
-    ----------
-    folder
-        Folder of a fleet.
-
-    Yields
-    ------
-    None
-        Control to the enclosed code.
-
-    Raises
-    ------
-    InputError
-        In place of exceptions that are neither from fecontact nor from the system.
-    """
-    try:
-        yield
-    except (FecontactError, MemoryError):
-        raise
-    except Exception as error:
-        if isinstance(error, import_duckdb().OutOfMemoryException):
-            raise MemoryError from error
-        # errors of the system have a number; those of the readers of Parquet files have none
-        if isinstance(error, OSError) and error.errno:
-            raise
-        reason = " ".join(f"{type(error).__name__}: {error}".split())
-        raise InputError(f"{folder} cannot be read ({reason:.200}); {describe_rerun(folder)}") from error

@@ -9,7 +9,8 @@ from typing import Any, Literal
 from fecontact.bodies import Track
 from fecontact.case import INPUTS, Case
 from fecontact.errors import InputError
-from fecontact.inputs.kinds import custom_field, flag_field, number_field, text_field
+from fecontact.features.fleet.stored_columns import ColumnKind
+from fecontact.inputs.kinds import Number, custom_field, flag_field, number_field, text_field
 from fecontact.inputs.slots import input_dataclass, list_descriptions
 from fecontact.inputs.texts import INCLINATION_FORMS, parse_inclination
 from fecontact.inputs.user_tables import TableLayout
@@ -138,6 +139,16 @@ def make_profile_layout(body: Body) -> TableLayout:
         },
         remarks=_REMARKS,
     )
+
+
+def list_input_kinds() -> dict[str, ColumnKind]:
+    """Type of each declared column of the tables of wheels and rails, beside file, name and weight."""
+    inputs = {**make_profile_layout("wheel").inputs, **make_profile_layout("rail").inputs}
+    return {
+        name: "number" if isinstance(description, Number) else "flag" if description.holds(True) else "text"
+        for name, description in inputs.items()
+        if name not in ("file", "name", "weight")
+    }
 
 
 PAIR_LAYOUT = TableLayout(

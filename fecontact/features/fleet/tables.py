@@ -2,21 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.features.fleet.packages import import_arrow, import_duckdb, import_parquet
-from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, REFUSED
+from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, NUMBERS, REFUSED, TEXTS
 from fecontact.features.fleet.sealed_folder import (
     PROFILES,
     SAMPLE,
+    SCREEN,
     check_sample,
-    list_parts,
+    describe_redraw,
+    describe_rerun,
+    list_part_paths,
     name_for_duckdb,
     read_record,
 )
+from fecontact.features.fleet.stored_columns import StoredColumn, check_stored_table
+from fecontact.features.fleet.table_columns import (
+    READ,
+    RESULT_COLUMNS,
+    SUSPICIOUS,
+    UNREAD,
+    list_input_kinds,
+)
+from fecontact.features.fleet.table_columns import REFUSED as REFUSED_FILE
 from fecontact.files import write_atomically
 from fecontact.outputs.flat_records import Record
 
@@ -31,6 +46,50 @@ _STRATUM = f"""
     CASE WHEN verdict = '{REFUSED}' THEN 'refused'
          WHEN verdict = 'OPEN' OR margin IS NULL OR abs(margin) < 2 THEN 'near'
          WHEN verdict = 'HOLDS' THEN 'surely holds' ELSE 'surely fails' END"""
+FE_ANSWERS = ("HOLDS", "FAILS", "OPEN", "UNSOLVED")
+"""Answers of finite elements for a drawn position."""
+VERDICTS = ("HOLDS", "FAILS", "OPEN", REFUSED, NO_CONTACT)
+"""Verdicts of the screening."""
+_NAME = StoredColumn(kind="text", required=True, filled=True)
+_TEXT, _NUMBER = StoredColumn(kind="text"), StoredColumn(kind="number")
+_PLACE = StoredColumn(kind="number", required=True, filled=True)
+# Weights of positions are shares; a share of a sum may be larger than 1 by its rounding.
+_SHARE = StoredColumn(kind="number", required=True, filled=True, low=0.0, high=1.0 + 1e-9)
+_KEY_COLUMNS = {"wheel": _NAME, "rail": _NAME, "shift_mm": _PLACE, "load_kN": _PLACE, "weight": _SHARE}
+SCREEN_COLUMNS: Mapping[str, StoredColumn] = {
+    **dict.fromkeys(NUMBERS, _NUMBER),
+    **dict.fromkeys(TEXTS, _TEXT),
+    **_KEY_COLUMNS,
+    "verdict": StoredColumn(kind="text", required=True, filled=True, allowed=VERDICTS),
+    "margin": StoredColumn(kind="number", required=True),
+    "cause": StoredColumn(kind="text", required=True),
+    "cheapest_theory": StoredColumn(kind="text", required=True, allowed=(*THEORIES, "OPEN")),
+    "open_because": _TEXT,
+}
+"""Columns of the tables of positions; earlier versions wrote fewer columns."""
+_PROFILE_NUMBERS = ("noise_um", "wear_mm", *(name for name in RESULT_COLUMNS if name.startswith("flange_")))
+PROFILE_COLUMNS: Mapping[str, StoredColumn] = {
+    **{name: StoredColumn(kind=kind) for name, kind in list_input_kinds().items()},
+    **dict.fromkeys(RESULT_COLUMNS, _TEXT),
+    **dict.fromkeys(_PROFILE_NUMBERS, _NUMBER),
+    **dict.fromkeys(("name", "file", "content_hash"), _NAME),
+    "weight": StoredColumn(kind="number", required=True, filled=True, low=0.0),
+    "body": StoredColumn(kind="text", required=True, filled=True, allowed=("wheel", "rail")),
+    "status": StoredColumn(kind="text", required=True, filled=True, allowed=(READ, SUSPICIOUS, REFUSED_FILE, UNREAD)),
+    "reason": StoredColumn(kind="text", required=True),
+    "remedy": StoredColumn(kind="text", required=True),
+    "nominal": StoredColumn(kind="text", required=True),
+}
+"""Columns of `profiles.parquet` but those of the user; earlier versions wrote fewer columns."""
+SAMPLE_COLUMNS: Mapping[str, StoredColumn] = {
+    **_KEY_COLUMNS,
+    "stratum": StoredColumn(kind="text", required=True, filled=True, allowed=STRATA),
+    "inclusion_probability": StoredColumn(kind="number", required=True, filled=True, low=sys.float_info.min, high=1.0),
+    "seed": StoredColumn(kind="integer", required=True, filled=True),
+    "draw": StoredColumn(kind="integer", required=True, filled=True),
+    "fe_verdict": StoredColumn(kind="text", required=True, filled=True, allowed=FE_ANSWERS),
+}
+"""Columns of `sample.parquet` that the program reads."""
 # Columns that tables of an earlier version lack.
 _OPTIONAL_COLUMNS = {
     **dict.fromkeys(("reason", "reason_kind", "remedy", "open_because"), "VARCHAR"),
@@ -117,7 +176,32 @@ def read_parquet(path: Path) -> Any:
         return import_parquet().ParquetFile(file).read()
 
 
-def open_tables(folder: Path) -> DuckDBPyConnection:
+def read_profile_rows(folder: Path) -> list[dict[str, Any]]:
+    """Rows of `profiles.parquet`.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Returns
+    -------
+    list of dict
+        Values of each profile by column.
+
+    Raises
+    ------
+    InputError
+        If the table differs from its declaration.
+    """
+    path = folder / PROFILES
+    check_stored_table(path, PROFILE_COLUMNS, describe_rerun(folder))
+    rows: list[dict[str, Any]] = read_parquet(path).to_pylist()
+    return rows
+
+
+@contextmanager
+def open_tables(folder: Path) -> Iterator[DuckDBPyConnection]:
     """Open the tables of a fleet as views of a database.
 
     The views are `profiles`, `placed` with all positions, `screen` with the contacts and their strata, `sample`, and
@@ -132,34 +216,65 @@ def open_tables(folder: Path) -> DuckDBPyConnection:
     folder
         Folder of a screened fleet.
 
-    Returns
-    -------
+    Yields
+    ------
     DuckDBPyConnection
-        A database in memory, to be closed by the caller.
+        A database in memory.
 
     Raises
     ------
     InputError
         If DuckDB is not installed, the folder has no screened positions, no position is a contact, or a table was
-        changed.
+        changed or differs from its declaration.
+    MemoryError
+        If the memory does not suffice.
     """
     duckdb = import_duckdb()
-    parts = list_parts(folder, read_record(folder))
+    parts = list_part_paths(folder, read_record(folder))
     has_sample = check_sample(folder) is not None
-    tables: DuckDBPyConnection = duckdb.connect()
-    tables.execute("SET threads = 1")
-    tables.read_parquet(name_for_duckdb(folder / PROFILES)).create_view("profiles")
-    tables.read_parquet(parts).create_view("screened")
-    _create_views_of_positions(tables, folder)
+    for path, columns in ((folder / PROFILES, PROFILE_COLUMNS), *((part, SCREEN_COLUMNS) for part in parts)):
+        check_stored_table(path, columns, describe_rerun(folder))
     if has_sample:
-        tables.read_parquet(name_for_duckdb(folder / SAMPLE)).create_view("sample")
-    else:
+        check_stored_table(folder / SAMPLE, SAMPLE_COLUMNS, describe_redraw(folder))
+    with duckdb.connect() as tables:
+        try:
+            tables.execute("SET threads = 1")
+            tables.read_parquet(name_for_duckdb(folder / PROFILES)).create_view("profiles")
+            tables.read_parquet([name_for_duckdb(part) for part in parts]).create_view("screened")
+            _refuse_foreign_names(tables, folder)
+            _create_views_of_positions(tables, folder)
+            _create_views_of_sample(tables, folder if has_sample else None)
+            yield tables
+        except duckdb.OutOfMemoryException as error:
+            raise MemoryError from error
+
+
+def _refuse_foreign_names(tables: DuckDBPyConnection, folder: Path) -> None:
+    """Raise InputError if a position has a wheel or a rail without a row, or with several rows, among the profiles."""
+    for body in ("wheel", "rail"):
+        (row,) = query_rows(
+            tables,
+            f"SELECT min(name) AS name FROM (SELECT DISTINCT {body} AS name FROM screened) AS used WHERE (SELECT"
+            " count(*) FROM profiles WHERE profiles.body = ? AND profiles.name = used.name) <> 1",
+            body,
+        )
+        if row["name"] is not None:
+            raise InputError(
+                f"{folder}: {SCREEN} has the {body} {row['name']!r:.80}, which is not a single row of {PROFILES};"
+                f" {describe_rerun(folder)}"
+            )
+
+
+def _create_views_of_sample(tables: DuckDBPyConnection, folder: Path | None) -> None:
+    """Create the views `sample` and `drawn`; both are empty without the folder of a sample."""
+    if folder is None:
         tables.execute(f"CREATE VIEW sample AS {_NO_SAMPLE}")
+    else:
+        tables.read_parquet(name_for_duckdb(folder / SAMPLE)).create_view("sample")
     tables.execute(
         "CREATE VIEW drawn AS SELECT screen.*, inclusion_probability, fe_verdict, sample.stratum AS drawn_stratum,"
         f" sample.weight AS drawn_weight FROM sample JOIN screen USING ({POSITION_COLUMNS})"
     )
-    return tables
 
 
 def _create_views_of_positions(tables: DuckDBPyConnection, folder: Path) -> None:

@@ -21,6 +21,7 @@ from fecontact.features.irregular.model_errors import (
     find_largest_amplitude_mm,
 )
 from fecontact.features.irregular.models import MODELS, compute_eq6_limits
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.pair_names import row_pair_text
 from fecontact.outputs.records.results import case_inputs, package_versions
@@ -105,7 +106,7 @@ def make_irregularity_record(
     lost_positions = [s for s, place in solved_places.items() if place.models["eq6"].force_N == 0.0]
     if lost_positions:
         record["notes"].append(
-            f"eq6 has no contact at {len(lost_positions)} of {len(solved_places)} places, the first at"
+            f"eq6 has no contact at {len(lost_positions)} of {count_text(len(solved_places), 'place')}, the first at"
             f" {lost_positions[0]:g} mm, where the half-space carries the whole load: use path, fitted or local"
         )
     if any(place.truth.p_max_MPa is None for place in solved_places.values()):

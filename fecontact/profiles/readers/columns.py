@@ -1247,7 +1247,7 @@ def _process_points(keys: _SimpackKeys, rows: list[tuple[float, float]]) -> tupl
     closest_mm = keys.number("point.dist.min", 0.0)
     if closest_mm > 0.0 and len(table):
         count, table = len(table), drop_close_points(table, closest_mm)
-        notes.append(f"{count - len(table)} points closer than point.dist.min left out")
+        notes.append(f"{count_text(count - len(table), 'point')} closer than point.dist.min left out")
     shift = (keys.number("shift.y", 0.0), keys.number("shift.z", 0.0))
     angle = keys.number("rotate", 0.0) / (keys.number("units.ang.f", 1.0) or 1.0)
     if any(shift):
@@ -1262,7 +1262,9 @@ def _process_points(keys: _SimpackKeys, rows: list[tuple[float, float]]) -> tupl
         # the format expresses a missing bound by a lower bound above the upper bound
         if low < high:
             inside = (table[:, column] >= low) & (table[:, column] <= high)
-            notes.append(f"{np.count_nonzero(~inside)} points outside {axis} = {low:g} to {high:g} left out")
+            notes.append(
+                f"{count_text(int(np.count_nonzero(~inside)), 'point')} outside {axis} = {low:g} to {high:g} left out"
+            )
             table = table[inside]
     for sign, axis in (((-1.0, 1.0), "y"), ((1.0, -1.0), "z")):
         if keys.flag(f"mirror.{axis}"):
