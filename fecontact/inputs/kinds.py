@@ -169,7 +169,7 @@ class Number(Input):
         Symbol of the number in the text of an exclusive range.
     usual
         Range in the unit inside the program without a note.
-    whole
+    whole_only
         Whether only whole numbers are allowed.
     forms
         Allowed forms of a number that is written as a text. `parse` and `show` then convert this text.
@@ -182,7 +182,7 @@ class Number(Input):
     inclusive: bool = True
     symbol: str = ""
     usual: tuple[float, float] = (-math.inf, math.inf)
-    whole: bool = False
+    whole_only: bool = False
     forms: str = ""
 
     def complete_for_field(self, name: str) -> Number:
@@ -329,8 +329,8 @@ class Number(Input):
         return self.shown_unit or self.unit
 
     def _within(self, number: float) -> bool:
-        """Whether a number is in the allowed range, in the unit inside the program, and whole if it must be."""
-        if not math.isfinite(number) or (self.whole and not number.is_integer()):
+        """Whether a number in the unit inside the program is allowed."""
+        if not math.isfinite(number) or (self.whole_only and not number.is_integer()):
             return False
         if self.inclusive and math.isfinite(self.high):
             return self.low <= number <= self.high
@@ -345,7 +345,7 @@ class Number(Input):
         if not math.isfinite(high):
             return f"finite and > {low:g}"
         if self.inclusive:
-            return f"{'whole numbers from ' * self.whole}{low:.12g} to {high:.12g}"
+            return f"{'whole numbers from ' * self.whole_only}{low:.12g} to {high:.12g}"
         return f"{low:g} < {self.symbol} < {high:g}" if self.symbol else f"between {low:g} and {high:g}"
 
 

@@ -198,7 +198,7 @@ FORMER_NAMES = {
 
 
 def count_text(number: int, noun: str, plural: str = "") -> str:
-    """Number with its noun: in the singular for 1, otherwise in the plural.
+    """Number with its noun in the singular or the plural.
 
     Parameters
     ----------

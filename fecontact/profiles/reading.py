@@ -98,7 +98,7 @@ class Reading:
         label="number of the profile",
         low=1.0,
         high=10000.0,
-        whole=True,
+        whole_only=True,
         remedy="the first profile is 1",
     )
 

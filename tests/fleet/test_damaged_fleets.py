@@ -355,7 +355,7 @@ def test_rows_of_a_pair_with_a_new_manifest_are_checked(copied, change):
 
 @pytest.mark.parametrize("module", [report_module, answer_module])
 def test_an_error_of_the_program_is_not_a_damaged_folder(fleet, monkeypatch, module):
-    """A programming error ends in a traceback, in the evaluation and in the drawing of pictures."""
+    """A programming error in an evaluation or a picture ends in a traceback."""
 
     def fail(*_, **__):
         raise TypeError("an error of the program")

@@ -180,7 +180,7 @@ def test_a_table_of_excel_lists_its_files(tmp_path, name):
     text = "sep=;\nfile;weight;;\nS1002;1,5;;\nEN13715_1in40;1;;\n"
     path = written(tmp_path, FLEET.replace("wheels.csv", name))
     (tmp_path / name).write_text(text)
-    assert {one.name: one.weight for one in find_candidates(read_fleet(path), "wheel")} == {
+    assert {wheel.name: wheel.weight for wheel in find_candidates(read_fleet(path), "wheel")} == {
         "S1002": 1.5,
         "EN13715_1in40": 1.0,
     }
@@ -193,7 +193,7 @@ def test_a_table_of_excel_lists_its_files(tmp_path, name):
 def test_a_file_of_points_is_not_a_table(tmp_path, text):
     (tmp_path / "one.csv").write_text(text)
     fleet = read_fleet(written(tmp_path, FLEET.replace("wheels.csv", "one.csv")))
-    assert [one.name for one in find_candidates(fleet, "wheel")] == ["one"]
+    assert [wheel.name for wheel in find_candidates(fleet, "wheel")] == ["one"]
 
 
 @pytest.mark.parametrize("value", ["1.5", "true", "nan", "inf", '"3"', "2.0000001", "-1"])
@@ -279,7 +279,7 @@ def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):
 def list_wheels(path):
     """Names of the wheels of a fleet, and of those that cannot be used."""
     candidates = find_candidates(read_fleet(path), "wheel")
-    return [one.name for one in candidates], [one.name for one in candidates if one.problem]
+    return [wheel.name for wheel in candidates], [wheel.name for wheel in candidates if wheel.problem]
 
 
 def test_a_file_is_counted_once_by_its_real_path(tmp_path):
@@ -302,7 +302,7 @@ def test_a_file_is_counted_once_by_its_real_path(tmp_path):
 
 
 def test_files_of_the_fleet_and_results_are_not_profiles(tmp_path):
-    """The folder of the fleet has its file, its tables, a study and results of the program."""
+    """The folder of the fleet has its tables, a study and results."""
     folder = tmp_path / "fleet"
     folder.mkdir()
     _, wheel = write_examples(tmp_path / "one")
@@ -439,7 +439,7 @@ def test_single_things_are_singular(tmp_path, capsys):
 
 @pytest.mark.parametrize(("count", "idle_s"), [(2, 9.0), (4, 13.0), (10, 35.0)])
 def test_the_expected_time_is_within_a_factor_of_two(tmp_path, count, idle_s):
-    """Compared with runs of the example by two workers, from the CPU time of all processes (November 2026)."""
+    """Compared with runs of the example by two workers (November 2026)."""
     cost = fecontact.check_fleet(write_fleet(tmp_path, wheels=count, rails=count))
     assert cost.pairs == count**2
     assert 0.5 < cost.estimate_seconds(2) / idle_s < 2.0

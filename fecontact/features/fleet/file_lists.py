@@ -81,7 +81,7 @@ def select_profile_files(files: Iterable[Path], tables: Iterable[Path]) -> Itera
 
 
 def _list_results(folder: Path) -> frozenset[Path]:
-    """Files in a folder or below it that its manifest or its records name, and these records."""
+    """Files that the manifest and the records of a folder name, and these records."""
     names: set[str] = set()
     for record in (MANIFEST, SAMPLE_RECORD, ANSWER_RECORD, *list_result_files()):
         if not (folder / record).is_file():
@@ -110,7 +110,7 @@ def _is_definition(path: Path) -> bool:
 
 
 def refuse_unclear_table(path: Path, body: Body) -> None:
-    """Refuse a text that is neither a file of points nor a table with the column of files.
+    """Refuse a text that is neither points nor a table with a column of files.
 
     Parameters
     ----------

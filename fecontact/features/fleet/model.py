@@ -80,7 +80,7 @@ class Pairing:
         "Number of pairs, drawn by the weights of wheels and rails",
         low=1.0,
         high=1e6,
-        whole=True,
+        whole_only=True,
         remedy="give for example 10000",
     )
     table: str | None = _make_table_slot(
@@ -109,7 +109,7 @@ class Distribution:
         "Number of equally likely values of a distribution",
         low=1.0,
         high=_MOST_VALUES,
-        whole=True,
+        whole_only=True,
         remedy="give 5 to 20",
     )
 
@@ -213,7 +213,7 @@ class FleetSettings:
     """Keys at the top level of the file, outside its tables."""
 
     seed: float = number_field(
-        1.0, "Seed of random draws", low=0.0, high=2**53, whole=True, remedy="give for example 1"
+        1.0, "Seed of random draws", low=0.0, high=2**53, whole_only=True, remedy="give for example 1"
     )
     theory: ScreeningTheory = choice_field("strip", "Theory of the screen", ("strip", "half_space"))
     filter_mm: float | None = number_field(

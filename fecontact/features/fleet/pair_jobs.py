@@ -266,7 +266,7 @@ def write_screen(
 
 
 def _read_pair_rows(folder: Path, positions: int) -> Any:
-    """Table of a finished pair; raises InputError if its columns or its number of rows are not those of a screening."""
+    """Read the table of a finished pair. Other columns or another number of rows raise InputError."""
     table = read_parquet(folder / ROWS_FILE)
     if not table.schema.equals(make_schema()) or table.num_rows != positions:
         raise InputError(

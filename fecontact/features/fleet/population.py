@@ -114,18 +114,18 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
 
 
 def _count_once(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates without repetitions of a file that has the same real path.
+    """Remove candidates of files with equal real paths.
 
     The row of a table counts in place of the same file in a folder. Several rows of a file stay.
     """
     paths = [os.path.realpath(candidate.spec) for candidate in candidates]
-    seen = {path for candidate, path in zip(candidates, paths, strict=True) if candidate.has_row}
-    counted = []
+    earlier_paths = {path for candidate, path in zip(candidates, paths, strict=True) if candidate.has_row}
+    distinct = []
     for candidate, path in zip(candidates, paths, strict=True):
-        if candidate.has_row or path not in seen or is_library_name(candidate.spec):
-            counted.append(candidate)
-        seen.add(path)
-    return counted
+        if candidate.has_row or path not in earlier_paths or is_library_name(candidate.spec):
+            distinct.append(candidate)
+        earlier_paths.add(path)
+    return distinct
 
 
 def _find_candidates(fleet: Fleet, text: str, body: Body) -> Iterator[Candidate]:

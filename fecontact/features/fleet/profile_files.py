@@ -120,7 +120,7 @@ def list_reasons(profiles: Sequence[ReadProfile], *statuses: str) -> dict[str, s
 
 
 def group_reasons(reasons: Mapping[str, str]) -> dict[str, str]:
-    """First reason of each kind of reasons, by the count and the first names of its profiles.
+    """First reason of each kind of reasons, by the number and names of its profiles.
 
     Reasons of a kind differ only by numbers, paths, names and quoted texts.
 

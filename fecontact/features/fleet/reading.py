@@ -242,7 +242,7 @@ class ReadingProfile:
 
 
 def _make_refusal_record(error: InputError) -> dict[str, Any]:
-    """Record of a file that is refused, with its suspicion if the file may be of the other body or side."""
+    """Record of a refused file and of its suspicion."""
     reason, _, remedy = str(error).partition("; ")
     record: dict[str, Any] = {"status": "refused", "reason": reason, "remedy": remedy}
     if isinstance(error, SuspiciousProfileError):

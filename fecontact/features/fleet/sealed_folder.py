@@ -326,7 +326,7 @@ def _read_samples(path: Path, remedy: str) -> list[dict[str, Any]]:
 
 
 def _is_sample(state: Any) -> bool:
-    """Whether an entry of `sample.json` has the checksum of a sample and the digest of its tables."""
+    """Whether an entry of `sample.json` has both of its checksums."""
     return isinstance(state, Mapping) and all(isinstance(state.get(name), str) for name in ("checksum", "screen"))
 
 

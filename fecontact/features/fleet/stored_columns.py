@@ -1,4 +1,4 @@
-"""Declared columns of the tables that the folder of a fleet has, and their check when a table is opened."""
+"""Declared columns of the stored tables of a fleet, and their check."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class StoredColumn:
         Whether each table has the column.
     filled
         Whether each cell has a value; a number is then finite.
-    allowed
+    choices
         Allowed texts; empty if any text is allowed.
     low, high
         Range of the numbers of a filled column.
@@ -38,7 +38,7 @@ class StoredColumn:
     kind: ColumnKind
     required: bool = False
     filled: bool = False
-    allowed: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
     low: float = -math.inf
     high: float = math.inf
 
@@ -97,8 +97,8 @@ def _find_wrong_column(schema: Any, columns: Mapping[str, StoredColumn]) -> str:
             types.is_nested(column_field.type) if declared is None else not _has_kind(column_field.type, declared)
         )
         if is_wrong:
-            allowed = "no list or structure" if declared is None else declared.kind
-            return f"the column {column_field.name} has the type {column_field.type}; allowed: {allowed}"
+            kinds = "no list or structure" if declared is None else declared.kind
+            return f"the column {column_field.name} has the type {column_field.type}; allowed: {kinds}"
     return ""
 
 
@@ -123,11 +123,13 @@ def _list_wrong_values(batch: Any, columns: Mapping[str, StoredColumn]) -> Itera
             continue
         if declared.filled and values.null_count:
             yield f"the column {name} has an empty cell"
-        if declared.allowed:
-            is_allowed = compute.is_in(values, value_set=lib.array([*declared.allowed, None], type=values.type))
+        elif values.null_count == len(values):
+            continue
+        if declared.choices:
+            is_allowed = compute.is_in(values, value_set=lib.array([*declared.choices, None], type=values.type))
             if not compute.all(is_allowed).as_py():
                 wrong = values.filter(compute.invert(is_allowed))[0].as_py()
-                yield f"the column {name} has the value {wrong!r:.80}; allowed: {', '.join(declared.allowed)}"
+                yield f"the column {name} has the value {wrong!r:.80}; allowed: {', '.join(declared.choices)}"
         elif declared.filled and declared.kind == "text":
             if compute.any(compute.match_substring(values, "\0")).as_py():
                 yield f"the column {name} has a text with a NUL character"

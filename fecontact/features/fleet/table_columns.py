@@ -142,7 +142,13 @@ def make_profile_layout(body: Body) -> TableLayout:
 
 
 def list_input_kinds() -> dict[str, ColumnKind]:
-    """Type of each declared column of the tables of wheels and rails, beside file, name and weight."""
+    """Types of the inputs of wheels and rails in their tables.
+
+    Returns
+    -------
+    dict
+        Type of each declared column but file, name and weight.
+    """
     inputs = {**make_profile_layout("wheel").inputs, **make_profile_layout("rail").inputs}
     return {
         name: "number" if isinstance(description, Number) else "flag" if description.holds(True) else "text"

@@ -60,10 +60,10 @@ SCREEN_COLUMNS: Mapping[str, StoredColumn] = {
     **dict.fromkeys(NUMBERS, _NUMBER),
     **dict.fromkeys(TEXTS, _TEXT),
     **_KEY_COLUMNS,
-    "verdict": StoredColumn(kind="text", required=True, filled=True, allowed=VERDICTS),
+    "verdict": StoredColumn(kind="text", required=True, filled=True, choices=VERDICTS),
     "margin": StoredColumn(kind="number", required=True),
     "cause": StoredColumn(kind="text", required=True),
-    "cheapest_theory": StoredColumn(kind="text", required=True, allowed=(*THEORIES, "OPEN")),
+    "cheapest_theory": StoredColumn(kind="text", required=True, choices=(*THEORIES, "OPEN")),
     "open_because": _TEXT,
 }
 """Columns of the tables of positions; earlier versions wrote fewer columns."""
@@ -74,8 +74,8 @@ PROFILE_COLUMNS: Mapping[str, StoredColumn] = {
     **dict.fromkeys(_PROFILE_NUMBERS, _NUMBER),
     **dict.fromkeys(("name", "file", "content_hash"), _NAME),
     "weight": StoredColumn(kind="number", required=True, filled=True, low=0.0),
-    "body": StoredColumn(kind="text", required=True, filled=True, allowed=("wheel", "rail")),
-    "status": StoredColumn(kind="text", required=True, filled=True, allowed=(READ, SUSPICIOUS, REFUSED_FILE, UNREAD)),
+    "body": StoredColumn(kind="text", required=True, filled=True, choices=("wheel", "rail")),
+    "status": StoredColumn(kind="text", required=True, filled=True, choices=(READ, SUSPICIOUS, REFUSED_FILE, UNREAD)),
     "reason": StoredColumn(kind="text", required=True),
     "remedy": StoredColumn(kind="text", required=True),
     "nominal": StoredColumn(kind="text", required=True),
@@ -83,11 +83,11 @@ PROFILE_COLUMNS: Mapping[str, StoredColumn] = {
 """Columns of `profiles.parquet` but those of the user; earlier versions wrote fewer columns."""
 SAMPLE_COLUMNS: Mapping[str, StoredColumn] = {
     **_KEY_COLUMNS,
-    "stratum": StoredColumn(kind="text", required=True, filled=True, allowed=STRATA),
+    "stratum": StoredColumn(kind="text", required=True, filled=True, choices=STRATA),
     "inclusion_probability": StoredColumn(kind="number", required=True, filled=True, low=sys.float_info.min, high=1.0),
     "seed": StoredColumn(kind="integer", required=True, filled=True),
     "draw": StoredColumn(kind="integer", required=True, filled=True),
-    "fe_verdict": StoredColumn(kind="text", required=True, filled=True, allowed=FE_ANSWERS),
+    "fe_verdict": StoredColumn(kind="text", required=True, filled=True, choices=FE_ANSWERS),
 }
 """Columns of `sample.parquet` that the program reads."""
 # Columns that tables of an earlier version lack.
@@ -232,7 +232,7 @@ def open_tables(folder: Path) -> Iterator[DuckDBPyConnection]:
     duckdb = import_duckdb()
     parts = list_part_paths(folder, read_record(folder))
     has_sample = check_sample(folder) is not None
-    for path, columns in ((folder / PROFILES, PROFILE_COLUMNS), *((part, SCREEN_COLUMNS) for part in parts)):
+    for path, columns in ((folder / PROFILES, PROFILE_COLUMNS), *((path, SCREEN_COLUMNS) for path in parts)):
         check_stored_table(path, columns, describe_rerun(folder))
     if has_sample:
         check_stored_table(folder / SAMPLE, SAMPLE_COLUMNS, describe_redraw(folder))
@@ -240,7 +240,7 @@ def open_tables(folder: Path) -> Iterator[DuckDBPyConnection]:
         try:
             tables.execute("SET threads = 1")
             tables.read_parquet(name_for_duckdb(folder / PROFILES)).create_view("profiles")
-            tables.read_parquet([name_for_duckdb(part) for part in parts]).create_view("screened")
+            tables.read_parquet([name_for_duckdb(path) for path in parts]).create_view("screened")
             _refuse_foreign_names(tables, folder)
             _create_views_of_positions(tables, folder)
             _create_views_of_sample(tables, folder if has_sample else None)
@@ -250,7 +250,7 @@ def open_tables(folder: Path) -> Iterator[DuckDBPyConnection]:
 
 
 def _refuse_foreign_names(tables: DuckDBPyConnection, folder: Path) -> None:
-    """Raise InputError if a position has a wheel or a rail without a row, or with several rows, among the profiles."""
+    """Refuse a wheel or rail of a position that is not a single profile."""
     for body in ("wheel", "rail"):
         (row,) = query_rows(
             tables,
