@@ -1,10 +1,12 @@
 """Names are text: no output takes them for mathematics, markup or control of the terminal."""
 
 import csv
+import hashlib
 import io
 import json
 import os
 import shutil
+import unicodedata
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 from xml.dom import minidom
@@ -18,6 +20,7 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.console.log import log_command
 from fecontact.console.messages import announce, print_result
+from fecontact.files import explain_broken_seal, format_json, read_json, write_sealed
 from fecontact.inputs.texts import escape_invisible
 from fecontact.outputs.paraview.vtk import _to_ascii
 from fecontact.outputs.parts import Lead
@@ -43,6 +46,8 @@ INVISIBLE = (
     "a\u2066b",
     os.fsdecode(b"n\xff"),
 )
+# controls, formats such as marks of direction, separators of lines and paragraphs, halves of characters
+EXECUTED = {"Cc", "Cf", "Zl", "Zp", "Cs"}
 
 
 def is_clean(text: str) -> bool:
@@ -216,11 +221,30 @@ def test_vtk_draws_the_annotation_without_mathematics_and_tables(name):
     assert _to_ascii("a\x1b[31m ± ü") == r"a\x1b[31m +- ?"
 
 
-def test_escapes_keep_json_what_it_is():
-    record = {"name": "a\u202e\x9b\x7f\ud800\x1b"}
-    text = escape_invisible(json.dumps(record, ensure_ascii=False))
-    assert is_clean(text)
+def test_json_escapes_invisible_characters_and_keeps_its_values():
+    """All of Unicode: what a terminal would execute is an escape, and all else is itself."""
+    characters = [chr(code) for code in range(0x110000)]
+    # each in a text of its own: two halves that follow each other would be read as a single character
+    record = {f"a{character}b": f"{character}c" for character in characters}
+    text = format_json(record)
+    text.encode("utf-8")
     assert json.loads(text) == record
+    executed = {character for character in characters if unicodedata.category(character) in EXECUTED}
+    assert {"\x9b", "\u200b", "\u202e", "\u2028", "\ufeff", "\ud800", "\U000e0001"} <= executed
+    assert not executed & set(text) - {"\n"}
+    assert {"ä", "Ж", "轨", "😀", "\xa0", "\u3000"} <= set(text)
+    # a terminal shows the JSON that a file has
+    assert escape_invisible(text) == text
+
+
+def test_the_checksum_of_a_document_is_that_of_its_values(tmp_path):
+    """Documents of before the escapes keep their checksums, on every version of Python."""
+    record = {"name": "a\u202eä\x9b"}
+    path = write_sealed(tmp_path / "a.json", record)
+    assert is_clean(path.read_text("utf-8"))
+    text = json.dumps(record, indent=2, ensure_ascii=False)
+    assert hashlib.sha256(text.encode()).hexdigest() in path.read_text("utf-8")
+    assert explain_broken_seal(path, read_json(path)) is None
 
 
 def test_a_picture_in_the_axes_of_the_caller_is_literal(monkeypatch):

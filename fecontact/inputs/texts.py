@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Real
 
 from fecontact.errors import InputError
+from fecontact.files import is_invisible
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _MOST_NUMBERS = 1000
@@ -205,7 +205,7 @@ def count_text(number: int, noun: str) -> str:
 def escape_invisible(text: str) -> str:
     r"""Replace characters that a terminal would execute by escapes such as \x1b.
 
-    Newlines and tabs stay. Escapes above ASCII have four or eight digits, so that JSON with them is still JSON.
+    Newlines and tabs stay. `format_json` has escaped these characters (`is_invisible`) in JSON.
 
     Parameters
     ----------
@@ -228,13 +228,10 @@ def escape_invisible(text: str) -> str:
 
 
 def _escape_line(line: str) -> str:
-    """Escape the invisible characters of a line; tabs and spaces stay.
-
-    All others move the cursor, change the terminal or the direction of the text, or are half a character.
-    """
+    """Escape the invisible characters of a line; tabs stay."""
     return "".join(
         character
-        if character.isprintable() or character == "\t" or unicodedata.category(character) == "Zs"
+        if character == "\t" or not is_invisible(character)
         else f"\\x{ord(character):02x}"
         if character < "\x7f"
         else f"\\u{ord(character):04x}"
