@@ -15,7 +15,7 @@ import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 
@@ -287,6 +287,23 @@ def path_exists(path: str | Path) -> bool:
     except (OSError, ValueError):
         return False
     return True
+
+
+def is_file_name(text: object) -> TypeGuard[str]:
+    """Whether a value from a document is the name of a file or folder, without a path.
+
+    Parameters
+    ----------
+    text
+        Any value.
+
+    Returns
+    -------
+    bool
+        Whether a folder and the text give a path directly in the folder, on this system: Windows takes a backslash and
+        a colon for parts of a path, other systems take them for letters.
+    """
+    return isinstance(text, str) and Path(text).name == text not in ("", "..")
 
 
 def describe_object(path: Path) -> str:
