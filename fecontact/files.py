@@ -11,15 +11,14 @@ import os
 import re
 import secrets
 import tomllib
-import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from io import BufferedReader
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any, TypeGuard
 
 import numpy as np
 
-from fecontact.errors import InputError
+from fecontact.errors import InputError, is_invisible
 
 # Limits of a TOML file, in characters, characters per line and dots per key or value. The parser takes one second for
 # 200 lines of keys with 500 parts, and minutes for 100,000 parts.
@@ -36,23 +35,6 @@ spreadsheets hide.
 _LARGEST_JSON_BYTES = 1_000_000_000
 # All characters of JSON with its newlines that may be invisible.
 _MAYBE_INVISIBLE = re.compile(r"[^\n -~]")
-
-
-def is_invisible(character: str) -> bool:
-    """Whether a terminal would execute a character instead of showing it.
-
-    Parameters
-    ----------
-    character
-        A single character.
-
-    Returns
-    -------
-    bool
-        True for control characters, marks of direction and of zero width, separators of lines, halves of characters,
-        and code points without a character. False for letters, signs and spaces.
-    """
-    return not (character.isprintable() or unicodedata.category(character) == "Zs")
 
 
 def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path:
@@ -290,7 +272,7 @@ def path_exists(path: str | Path) -> bool:
 
 
 def is_file_name(text: object) -> TypeGuard[str]:
-    """Whether a value from a document is the name of a file or folder, without a path.
+    """Whether a value of a document is the name of a file, without a path.
 
     Parameters
     ----------
@@ -300,10 +282,10 @@ def is_file_name(text: object) -> TypeGuard[str]:
     Returns
     -------
     bool
-        Whether a folder and the text give a path directly in the folder, on this system: Windows takes a backslash and
-        a colon for parts of a path, other systems take them for letters.
+        Whether the text names something directly in a folder. Only Windows takes a backslash for the end of a folder's
+        name; a text that would lead out of the folder there is a name nowhere.
     """
-    return isinstance(text, str) and Path(text).name == text not in ("", "..")
+    return isinstance(text, str) and Path(text).name == text != "" and ".." not in PureWindowsPath(text).parts
 
 
 def describe_object(path: Path) -> str:

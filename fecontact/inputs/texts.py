@@ -10,8 +10,7 @@ from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
 
-from fecontact.errors import InputError
-from fecontact.files import is_invisible
+from fecontact.errors import InputError, is_invisible
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _MOST_NUMBERS = 1000
@@ -249,7 +248,7 @@ def escape_line(text: str) -> str:
     >>> print(escape_line("a\nb"))
     a\nb
     """
-    return _escape_line(text, kept="")
+    return _escape_line(text, unescaped="")
 
 
 def quote_path(path: Path | str) -> str:
@@ -282,11 +281,11 @@ def quote_path(path: Path | str) -> str:
     return f"$'{escape_line(quoted)}'"
 
 
-def _escape_line(line: str, *, kept: str = "\t") -> str:
-    """Escape the invisible characters of a line, except for those that are kept."""
+def _escape_line(line: str, *, unescaped: str = "\t") -> str:
+    """Escape the invisible characters of a line, except for a few."""
     return "".join(
         character
-        if character in kept or not is_invisible(character)
+        if character in unescaped or not is_invisible(character)
         else _SHORT_ESCAPES[character]
         if character in _SHORT_ESCAPES
         else f"\\x{ord(character):02x}"
