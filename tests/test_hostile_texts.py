@@ -145,6 +145,7 @@ def test_every_text_of_a_figure_is_literal(name):
     axes.plot([1, 2, 3], label=name)
     axes.set(title=name, xlabel=name)
     axes.set_xticks([0, 1, 2], [name] * 3)
+    axes.set_yticks([1.5, 2.5], [name] * 2, minor=True)
     axes.annotate(name, (1, 1))
     axes.legend()
     figure.suptitle(name)
@@ -152,8 +153,8 @@ def test_every_text_of_a_figure_is_literal(name):
     render_image(figure)
     escaped = escape_invisible(name)
     texts = [text for text in figure.findobj(Text) if escaped[:20] in text.get_text()]
-    # the title twice, the axis, the legend, the note and the ticks
-    assert len(texts) >= 8
+    # the title twice, the axis, the legend, the note, and the ticks of both axes
+    assert len(texts) >= 10
     assert not any(text.get_parse_math() for text in texts)
 
 
@@ -163,8 +164,13 @@ def test_a_figure_of_the_caller_is_drawn_by_matplotlib_itself():
     axes, powers = figure.subplots(2)
     axes.set_yticks([0, 1], [r"w$\frac{$x", "b"])
     powers.set(yscale="log", ylim=(1e-3, 1e5))
+    # minor labels are names on an axis of powers
+    powers.set_yticks([0.02, 30.0], [r"m$\frac{$x", "c"], minor=True)
     show_text_literally(figure)
     figure.savefig(io.BytesIO(), format="png")
+    minor_labels = powers.get_yticklabels(minor=True)
+    assert [label.get_text() for label in minor_labels] == [r"m$\frac{$x", "c"]
+    assert not any(label.get_parse_math() for label in minor_labels)
     assert axes.get_yticklabels()[0].get_text() == r"w$\frac{$x"
     assert all(label.get_parse_math() for label in powers.get_yticklabels())
 
