@@ -6,8 +6,10 @@ import io
 import json
 import os
 import shutil
+import subprocess
 import unicodedata
 from contextlib import redirect_stderr, redirect_stdout
+from importlib.resources import files
 from pathlib import Path
 from xml.dom import minidom
 
@@ -21,7 +23,7 @@ from fecontact.cli import call
 from fecontact.console.log import log_command
 from fecontact.console.messages import announce, print_result
 from fecontact.files import explain_broken_seal, format_json, read_json, write_sealed
-from fecontact.inputs.texts import escape_invisible
+from fecontact.inputs.texts import escape_invisible, escape_line, quote_path
 from fecontact.outputs.paraview.vtk import _to_ascii
 from fecontact.outputs.parts import Lead
 from fecontact.outputs.style import render_image, render_page, render_svg, show_text_literally
@@ -133,6 +135,57 @@ def test_a_solved_case_is_written_whatever_its_wheel_is_called(wheel, name):
     assert run("judge", "out", "--out", "judged")[0] == 0
     assert run("compare", "out", "out")[0] == 0
     shutil.rmtree("out")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["-s$\\frac{$x<b>&amp;<!--]]>\"'*[1]?%s;--\\b", "=s\x1b[31m\u202e\x9b\n\\'"], ids=ascii
+)
+def test_a_study_is_written_whatever_it_and_its_folder_are_called(wheel, name):
+    """Study file, folder and wheel with hostile names, through the commands that use results."""
+    file, out = wheel("=w" + VISIBLE[0] + "<b>&'\\b"), f"{name}o"
+    study = f'wheel = {json.dumps(os.path.abspath(file))}\nlateral_shift_mm = 3.0\nresolution = "1.6,1.3"\n'
+    Path(f"{name}.toml").write_text(f'{study}refine = "never"\n', "utf-8")
+    lines = [
+        ("check", f"./{name}.toml"),
+        ("run", f"./{name}.toml", "--workers", "1", "--out", f"./{out}"),
+        ("judge", f"./{out}", "--out", f"./{name}j"),
+        ("compare", f"./{out}", f"./{name}j", "--out", f"./{name}c"),
+        ("view", f"./{out}"),
+    ]
+    for words in lines:
+        code, printed = run(*words)
+        assert code == 0, printed
+        assert is_clean(printed)
+    assert read_json(Path(out) / "study.json")["study"] == name
+    assert check_files(Path(out)) + check_files(Path(f"{name}j")) + check_files(Path(f"{name}c")) > 10
+
+
+@pytest.mark.parametrize("name", [VISIBLE[0], "a|b", "=1+1", "\x1b[31m", "a\nb", "a\u202eb\x9b"], ids=ascii)
+def test_curves_show_the_name_of_their_vehicle(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    text = (files("fecontact.features.curves") / "data" / "wheelset.toml").read_text("utf-8")
+    assert '"free wheelset"' in text
+    Path("=v<b>.toml").write_text(text.replace('"free wheelset"', json.dumps(name)), "utf-8")
+    code, printed = run("curve", "--vehicle", "=v<b>.toml", "--radii", "2000", "--out", "out")
+    assert code == 0
+    assert is_clean(printed)
+    assert escape_line(name) in printed
+    assert check_files(Path("out")) > 2
+    assert read_json("out/curve.json")["vehicle"]["name"] == name
+
+
+@pytest.mark.parametrize(
+    "name", [*VISIBLE, *INVISIBLE, "-x", "--out", "=1+1", "a b", "$(touch x)", "`id`", "\U000e0001"], ids=ascii
+)
+def test_a_shell_reads_a_quoted_path_as_the_path(name):
+    quoted = quote_path(Path(name))
+    assert is_clean(quoted)
+    assert "\n" not in quoted
+    printed = subprocess.run(
+        ["bash", "-c", f"printf %s {quoted}"], capture_output=True, check=True, env={"LC_ALL": "C.UTF-8"}
+    ).stdout
+    assert printed.removeprefix(b"./") == os.fsencode(name)
 
 
 # each kind of output by itself
