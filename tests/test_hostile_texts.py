@@ -14,22 +14,26 @@ from pathlib import Path
 from xml.dom import minidom
 
 import pytest
+from fuzz_fleets import write_fleet, write_rows
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from pyarrow import parquet
 
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.console.log import log_command
 from fecontact.console.messages import announce, print_result
-from fecontact.files import explain_broken_seal, format_json, read_json, write_sealed
+from fecontact.errors import InputError
+from fecontact.features.curves.model import load_vehicle
+from fecontact.files import explain_broken_seal, format_json, is_file_name, read_json, write_sealed
 from fecontact.inputs.texts import escape_invisible, escape_line, quote_path
 from fecontact.outputs.paraview.vtk import _to_ascii
 from fecontact.outputs.parts import Lead
 from fecontact.outputs.style import render_image, render_page, render_svg, show_text_literally
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import print_parts
-from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.library import load_library_profile, profile_identity
 from fecontact.profiles.writers import csv_text
 from fecontact.regression.checks import Check, render_reports
 
@@ -173,6 +177,54 @@ def test_curves_show_the_name_of_their_vehicle(tmp_path, monkeypatch, name):
     assert escape_line(name) in printed
     assert check_files(Path("out")) > 2
     assert read_json("out/curve.json")["vehicle"]["name"] == name
+
+
+@pytest.mark.parametrize("name", ["=w$\\frac{$x<b>&<!--]]>\"'*[1]?%s;--\\b", "w\x1b[31m\u202e\x9b'"], ids=ascii)
+def test_a_fleet_shows_the_names_and_columns_of_its_tables(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    fleet = write_fleet(Path("trial"))
+    # a folder with a backslash and an asterisk is refused
+    out = "./" + name.replace("\\", "")
+    tables = {
+        "wheels": [{"file": "wheel.csv", "name": name, f"{name}c": name}],
+        "rails": [{"file": "rail.csv", "name": "r", "line": name}],
+        "pairs": [{"wheel": name, "rail": "r"}],
+    }
+    for table, rows in tables.items():
+        write_rows(Path(f"trial/{table}.csv"), rows)
+    for words in (["run", str(fleet), "--workers", "1", "--out", out], ["report", out]):
+        code, printed = run("fleet", *words)
+        assert code == 0, printed
+        assert is_clean(printed)
+    assert check_files(Path(out)) > 3
+    assert name in parquet.read_table(f"{out}/profiles.parquet").column("name").to_pylist()
+
+
+@pytest.mark.parametrize("name", ["a\\b.csv", "w$\\frac{$x.csv", "=1", "-x", "a\nb", "x:y"])
+def test_a_stored_name_may_have_any_letters_of_a_file_name(name):
+    assert is_file_name(name)
+    assert profile_identity(f"{name}@01234567") == f"{name}@01234567"
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "/a", "..\\x", "a\\..\\b", None, 3])
+def test_a_stored_name_never_leads_out_of_its_folder(name):
+    assert not is_file_name(name)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('name = "free wheelset"', "name = [1]"), r"name is \[1\]; allowed: a text in quotes"),
+        (("roll_inertia_kg_m2", "zzz"), "zzz is not an input of WheelsetBody; allowed: mass_kg, "),
+    ],
+)
+def test_a_changed_vehicle_is_refused_with_the_allowed_inputs(tmp_path, change, words):
+    text = (files("fecontact.features.curves") / "data" / "wheelset.toml").read_text("utf-8")
+    assert change[0] in text
+    path = tmp_path / "v.toml"
+    path.write_text(text.replace(*change), "utf-8")
+    with pytest.raises(InputError, match=words):
+        load_vehicle(str(path))
 
 
 @pytest.mark.parametrize(
