@@ -47,7 +47,7 @@ def test_a_rail_far_from_the_wheel_is_refused(roll, track):
 
 
 def level_with(a_mm: float, b_mm: float, monkeypatch) -> SimpleNamespace:
-    """Mesh level with elements of 1 mm by 2 mm and a patch of given semi-axes."""
+    """Mesh level with elements of 1 mm by 2 mm and a given patch."""
     monkeypatch.setattr("fecontact.solving.meshes.read_patch", lambda rung: SimpleNamespace(a_mm=a_mm, b_mm=b_mm))
     return SimpleNamespace(on_elements=SimpleNamespace(grid=SimpleNamespace(steps_mm=(1.0, 2.0))))
 

@@ -300,7 +300,7 @@ def _list_labels(ticks: Sequence[Tick]) -> set[Text]:
 
 
 def _escape_tick_labels(formatter: Formatter, set_formatter: Callable[[Formatter], object]) -> bool:
-    """Escape control characters in the major or minor labels of an axis that are given texts.
+    """Escape control characters in labels of an axis that are given texts.
 
     Parameters
     ----------
