@@ -106,9 +106,10 @@ FUZZ_COUNT ?= 20000
 FUZZ_SEED ?= 1
 # A folder of results that is damaged too, such as that of `make study`.
 FUZZ_RESULTS ?= $(wildcard out/first_light)
-fuzz: setup ## mutate profile files of every format, study files, results, fleets, command lines and paths; what is not clearly refused or read stays in fuzz_failures/; three hours
+fuzz: setup ## mutate profile files of every format, studies, vehicles, tolerances, baselines, results, fleets, command lines and paths; what is not clearly refused or read stays in fuzz_failures/; three hours
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_profiles.py --count $(FUZZ_COUNT) --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_results.py $(FUZZ_RESULTS) --seed $(FUZZ_SEED)
+	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_inputs.py --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_commands.py --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/command_matrix.py --seed $(FUZZ_SEED)
 	OMP_NUM_THREADS=1 PYTHONPATH="$(CURDIR)" $(BIN)/python tests/fuzz_extremes.py --command solve --seed $(FUZZ_SEED)

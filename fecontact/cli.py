@@ -27,7 +27,7 @@ from fecontact.commands import looking, mapping, results, solving, start
 from fecontact.console.help_pages import find_help_page
 from fecontact.console.streams import escaping_output
 from fecontact.errors import FecontactError, InputError, shorten_words
-from fecontact.inputs.texts import explain_former_name
+from fecontact.inputs.texts import escape_line, explain_former_name
 from fecontact.process import collect_rarely
 
 app = App(
@@ -115,10 +115,7 @@ def _print_error(message: str) -> None:
 
     Characters that move the cursor or turn the text, which names may have, are printed as escapes.
     """
-    printable = "".join(
-        character if character.isprintable() else repr(character)[1:-1] for character in shorten_words(message)
-    )
-    print(f"error: {printable}", file=sys.stderr)
+    print(f"error: {escape_line(shorten_words(message))}", file=sys.stderr)
 
 
 def _has_working_folder() -> bool:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -42,6 +43,23 @@ def shorten_words(text: str) -> str:
     83
     """
     return _LONG_WORD.sub(lambda word: f"{word[0][:_LETTERS_SHOWN]}...", text)
+
+
+def is_invisible(character: str) -> bool:
+    """Whether a terminal would execute a character instead of showing it.
+
+    Parameters
+    ----------
+    character
+        A single character.
+
+    Returns
+    -------
+    bool
+        True for control characters, marks of direction and of zero width, separators of lines, halves of characters,
+        and code points without a character. False for letters, signs and spaces.
+    """
+    return not (character.isprintable() or unicodedata.category(character) == "Zs")
 
 
 class FecontactError(Exception):

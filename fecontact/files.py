@@ -13,12 +13,12 @@ import secrets
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from io import BufferedReader
-from pathlib import Path
-from typing import Any
+from pathlib import Path, PureWindowsPath
+from typing import Any, TypeGuard
 
 import numpy as np
 
-from fecontact.errors import InputError
+from fecontact.errors import InputError, is_invisible
 
 # Limits of a TOML file, in characters, characters per line and dots per key or value. The parser takes one second for
 # 200 lines of keys with 500 parts, and minutes for 100,000 parts.
@@ -33,6 +33,8 @@ spreadsheets hide.
 """
 # Largest JSON file. A row of a study has 4 kB, and a study has up to 100,000 rows.
 _LARGEST_JSON_BYTES = 1_000_000_000
+# All characters of JSON with its newlines that may be invisible.
+_MAYBE_INVISIBLE = re.compile(r"[^\n -~]")
 
 
 def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path:
@@ -143,7 +145,7 @@ def write_sealed(path: Path, value: Mapping[str, object], companions: Sequence[P
     Path
         `path`.
     """
-    digests = {_SEALED_CONTENT: _digest(format_json(value))}
+    digests = {_SEALED_CONTENT: _digest(value)}
     digests |= {file.relative_to(path.parent).as_posix(): hash_file(file) for file in companions}
     return write_json(path, {**value, SEAL_KEY: digests})
 
@@ -182,15 +184,16 @@ def explain_broken_seal(path: Path, document: Mapping[str, Any]) -> str | None:
         Reason; None if the document is unchanged.
     """
     seal = document.get(SEAL_KEY)
-    content = format_json({name: value for name, value in document.items() if name != SEAL_KEY})
+    content = {name: value for name, value in document.items() if name != SEAL_KEY}
     if isinstance(seal, Mapping) and seal.get(_SEALED_CONTENT) == _digest(content):
         return None
     return f"{path} was changed after it was written, or an earlier version wrote it (its checksum differs)"
 
 
-def _digest(text: str) -> str:
+def _digest(content: Mapping[str, object]) -> str:
+    # The JSON has no escapes: which characters are invisible depends on the version of Python.
     # Half a character occurs only in a damaged file, and its replacement changes the checksum.
-    return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
+    return hashlib.sha256(_dump_json(content).encode("utf-8", "replace")).hexdigest()
 
 
 def hash_file(path: Path) -> str:
@@ -266,6 +269,23 @@ def path_exists(path: str | Path) -> bool:
     except (OSError, ValueError):
         return False
     return True
+
+
+def is_file_name(text: object) -> TypeGuard[str]:
+    """Whether a value of a document is the name of a file, without a path.
+
+    Parameters
+    ----------
+    text
+        Any value.
+
+    Returns
+    -------
+    bool
+        Whether the text names something directly in a folder. Only Windows takes a backslash for the end of a folder's
+        name; a text that would lead out of the folder there is a name nowhere.
+    """
+    return isinstance(text, str) and Path(text).name == text != "" and ".." not in PureWindowsPath(text).parts
 
 
 def describe_object(path: Path) -> str:
@@ -344,7 +364,8 @@ def format_json(value: object) -> str:
     """Indented JSON of a value.
 
     Keys keep their order, because the order has a meaning. NaN and infinity become null (JSON has neither). NumPy
-    numbers and arrays become numbers and lists.
+    numbers and arrays become numbers and lists. Invisible characters are escapes such as `\\u202e` (`is_invisible`);
+    letters of all languages stay readable.
 
     Parameters
     ----------
@@ -356,6 +377,15 @@ def format_json(value: object) -> str:
     str
         JSON without a newline at its end.
     """
+    return _MAYBE_INVISIBLE.sub(_escape_in_json, _dump_json(value))
+
+
+def _escape_in_json(match: re.Match[str]) -> str:
+    return json.dumps(match[0])[1:-1] if is_invisible(match[0]) else match[0]
+
+
+def _dump_json(value: object) -> str:
+    """Indented JSON of a value, in which characters other than controls are themselves."""
     return json.dumps(_to_plain(value), indent=2, ensure_ascii=False, allow_nan=False)
 
 

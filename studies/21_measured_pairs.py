@@ -31,8 +31,8 @@ cells, so that its edge is outside the true edge. Its areas are corrected for th
 By finite elements at 22 positions, all with 60 kN, 21 verdicts equal the verdict of the half-spaces, and one is
 unresolved in place of HOLDS. Where the filters of CONTACT agree, 18 of 20 verdicts are decided, 2 are unresolved and
 none is wrong; where the filters disagree, 2 of 2 are unresolved. The finite elements have the middle filter, and
-half-spaces convert their peak to a filter of 4 mm. It is then within 0.23 % of the peak of CONTACT, except at a position
-with a second patch (0.72 %).
+half-spaces convert their peak to a filter of 4 mm. It is then within 0.23 % of the peak of CONTACT, except at a
+position with a second patch (0.72 %).
 """
 
 import csv
@@ -141,7 +141,7 @@ class Position:
 class SurveyResult:
     """Half-space verdict at a position, profile variants, peak range and CPU seconds.
 
-    `variants_holding` of `variant_count` profile variants satisfy Hertz's criteria, and the peaks are the range over them.
+    `variants_holding` of `variant_count` profile variants satisfy Hertz's criteria; the peaks are their range.
     `covered` states for each filter in mm and measure whether CONTACT's deviation is within the stated uncertainty.
     """
 
@@ -374,7 +374,7 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
         said = f"holds on {row['verdict_variants_holding']} of {row['verdict_variant_count']} profile variants"
         peaks = f"{row['fe_p_max_low_MPa']:.0f} to {row['fe_p_max_high_MPa']:.0f} MPa"
         shift, load = row["lateral_shift_mm"], row["load_kN"]
-        lines.append(f"{shift:+g} mm, {load:g} kN: Hertz {row['verdict_answer']}, {said}; peak {peaks} over the variants")
+        lines.append(f"{shift:+g} mm, {load:g} kN: Hertz {row['verdict_answer']}, {said}; peak {peaks}")
     return "\n".join(lines)
 
 
@@ -421,7 +421,7 @@ def main() -> None:
         results += (new_results := survey([position]))
         case, said = (
             position.case,
-            f"{new_results[0].answer} ({new_results[0].variants_holding} of {new_results[0].variant_count} profile variants hold)",
+            f"{new_results[0].answer} ({new_results[0].variants_holding} of {new_results[0].variant_count} variants hold)",
         )
         at = f"{' x '.join(position.pair)}, {case.lateral_shift_mm:+g} mm, {case.load_N / 1e3:g} kN"
         print(

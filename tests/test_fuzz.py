@@ -4,7 +4,9 @@ import random
 
 import pytest
 from fuzz_commands import fuzz_commands
+from fuzz_extremes import fuzz_extremes
 from fuzz_fleets import fuzz_inputs
+from fuzz_inputs import KINDS, fuzz_input
 from fuzz_paths import COMMANDS, fuzz_names, fuzz_paths
 from fuzz_profiles import FORMATS, HOSTILE, fuzz, kind_of, mutated, originals
 
@@ -36,6 +38,20 @@ def test_damaged_fleets_are_refused_or_used():
     # both happen, so that the test sees both
     assert tally.endings["refused"] > 2
     assert tally.endings["used"] > 2
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_damaged_inputs_are_refused_or_used(kind):
+    tally = fuzz_input(KINDS[kind], 10, seed=1)
+    assert tally.bad == []
+    assert tally.endings["refused"] > 2
+
+
+@pytest.mark.parametrize("command", ["hertz", "place"])
+def test_inputs_at_the_ends_of_their_ranges_are_refused_or_used(command):
+    endings, failures = fuzz_extremes(8, seed=1, command=command)
+    assert failures == []
+    assert endings["exit code 0"] > 0
 
 
 @pytest.mark.parametrize("command", ["place", "init", "check", "compare"])

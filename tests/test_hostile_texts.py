@@ -1,30 +1,39 @@
 """Names are text: no output takes them for mathematics, markup or control of the terminal."""
 
 import csv
+import hashlib
 import io
 import json
 import os
 import shutil
+import subprocess
+import unicodedata
 from contextlib import redirect_stderr, redirect_stdout
+from importlib.resources import files
 from pathlib import Path
 from xml.dom import minidom
 
 import pytest
+from fuzz_fleets import write_fleet, write_rows
 from matplotlib.figure import Figure
 from matplotlib.text import Text
+from pyarrow import parquet
 
 import fecontact
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.console.log import log_command
 from fecontact.console.messages import announce, print_result
-from fecontact.inputs.texts import escape_invisible
+from fecontact.errors import InputError
+from fecontact.features.curves.model import load_vehicle
+from fecontact.files import explain_broken_seal, format_json, is_file_name, read_json, write_sealed
+from fecontact.inputs.texts import escape_invisible, escape_line, quote_path
 from fecontact.outputs.paraview.vtk import _to_ascii
 from fecontact.outputs.parts import Lead
 from fecontact.outputs.style import render_image, render_page, render_svg, show_text_literally
 from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import print_parts
-from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.library import load_library_profile, profile_identity
 from fecontact.profiles.writers import csv_text
 from fecontact.regression.checks import Check, render_reports
 
@@ -43,6 +52,8 @@ INVISIBLE = (
     "a\u2066b",
     os.fsdecode(b"n\xff"),
 )
+# controls, formats such as marks of direction, separators of lines and paragraphs, halves of characters
+EXECUTED = {"Cc", "Cf", "Zl", "Zp", "Cs"}
 
 
 def is_clean(text: str) -> bool:
@@ -130,6 +141,105 @@ def test_a_solved_case_is_written_whatever_its_wheel_is_called(wheel, name):
     shutil.rmtree("out")
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["-s$\\frac{$x<b>&amp;<!--]]>\"'*[1]?%s;--\\b", "=s\x1b[31m\u202e\x9b\n\\'"], ids=ascii
+)
+def test_a_study_is_written_whatever_it_and_its_folder_are_called(wheel, name):
+    """Study file, folder and wheel with hostile names, through the commands that use results."""
+    file, out = wheel("=w" + VISIBLE[0] + "<b>&'\\b"), f"{name}o"
+    study = f'wheel = {json.dumps(os.path.abspath(file))}\nlateral_shift_mm = 3.0\nresolution = "1.6,1.3"\n'
+    Path(f"{name}.toml").write_text(f'{study}refine = "never"\n', "utf-8")
+    lines = [
+        ("check", f"./{name}.toml"),
+        ("run", f"./{name}.toml", "--workers", "1", "--out", f"./{out}"),
+        ("judge", f"./{out}", "--out", f"./{name}j"),
+        ("compare", f"./{out}", f"./{name}j", "--out", f"./{name}c"),
+        ("view", f"./{out}"),
+    ]
+    for words in lines:
+        code, printed = run(*words)
+        assert code == 0, printed
+        assert is_clean(printed)
+    assert read_json(Path(out) / "study.json")["study"] == name
+    assert check_files(Path(out)) + check_files(Path(f"{name}j")) + check_files(Path(f"{name}c")) > 10
+
+
+@pytest.mark.parametrize("name", [VISIBLE[0], "a|b", "=1+1", "\x1b[31m", "a\nb", "a\u202eb\x9b"], ids=ascii)
+def test_curves_show_the_name_of_their_vehicle(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    text = (files("fecontact.features.curves") / "data" / "wheelset.toml").read_text("utf-8")
+    assert '"free wheelset"' in text
+    Path("=v<b>.toml").write_text(text.replace('"free wheelset"', json.dumps(name)), "utf-8")
+    code, printed = run("curve", "--vehicle", "=v<b>.toml", "--radii", "2000", "--out", "out")
+    assert code == 0
+    assert is_clean(printed)
+    assert escape_line(name) in printed
+    assert check_files(Path("out")) > 2
+    assert read_json("out/curve.json")["vehicle"]["name"] == name
+
+
+@pytest.mark.parametrize("name", ["=w$\\frac{$x<b>&<!--]]>\"'*[1]?%s;--\\b", "w\x1b[31m\u202e\x9b'"], ids=ascii)
+def test_a_fleet_shows_the_names_and_columns_of_its_tables(tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    fleet = write_fleet(Path("trial"))
+    # a folder with a backslash and an asterisk is refused
+    out = "./" + name.replace("\\", "")
+    tables = {
+        "wheels": [{"file": "wheel.csv", "name": name, f"{name}c": name}],
+        "rails": [{"file": "rail.csv", "name": "r", "line": name}],
+        "pairs": [{"wheel": name, "rail": "r"}],
+    }
+    for table, rows in tables.items():
+        write_rows(Path(f"trial/{table}.csv"), rows)
+    for words in (["run", str(fleet), "--workers", "1", "--out", out], ["report", out]):
+        code, printed = run("fleet", *words)
+        assert code == 0, printed
+        assert is_clean(printed)
+    assert check_files(Path(out)) > 3
+    assert name in parquet.read_table(f"{out}/profiles.parquet").column("name").to_pylist()
+
+
+@pytest.mark.parametrize("name", ["a\\b.csv", "w$\\frac{$x.csv", "=1", "-x", "a\nb", "x:y"])
+def test_a_stored_name_may_have_any_letters_of_a_file_name(name):
+    assert is_file_name(name)
+    assert profile_identity(f"{name}@01234567") == f"{name}@01234567"
+
+
+@pytest.mark.parametrize("name", ["", ".", "..", "a/b", "/a", "..\\x", "a\\..\\b", None, 3])
+def test_a_stored_name_never_leads_out_of_its_folder(name):
+    assert not is_file_name(name)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('name = "free wheelset"', "name = [1]"), r"name is \[1\]; allowed: a text in quotes"),
+        (("roll_inertia_kg_m2", "zzz"), "zzz is not an input of WheelsetBody; allowed: mass_kg, "),
+    ],
+)
+def test_a_changed_vehicle_is_refused_with_the_allowed_inputs(tmp_path, change, words):
+    text = (files("fecontact.features.curves") / "data" / "wheelset.toml").read_text("utf-8")
+    assert change[0] in text
+    path = tmp_path / "v.toml"
+    path.write_text(text.replace(*change), "utf-8")
+    with pytest.raises(InputError, match=words):
+        load_vehicle(str(path))
+
+
+@pytest.mark.parametrize(
+    "name", [*VISIBLE, *INVISIBLE, "-x", "--out", "=1+1", "a b", "$(touch x)", "`id`", "\U000e0001"], ids=ascii
+)
+def test_a_shell_reads_a_quoted_path_as_the_path(name):
+    quoted = quote_path(Path(name))
+    assert is_clean(quoted)
+    assert "\n" not in quoted
+    printed = subprocess.run(
+        ["bash", "-c", f"printf %s {quoted}"], capture_output=True, check=True, env={"LC_ALL": "C.UTF-8"}
+    ).stdout
+    assert printed.removeprefix(b"./") == os.fsencode(name)
+
+
 # each kind of output by itself
 
 
@@ -140,6 +250,7 @@ def test_every_text_of_a_figure_is_literal(name):
     axes.plot([1, 2, 3], label=name)
     axes.set(title=name, xlabel=name)
     axes.set_xticks([0, 1, 2], [name] * 3)
+    axes.set_yticks([1.5, 2.5], [name] * 2, minor=True)
     axes.annotate(name, (1, 1))
     axes.legend()
     figure.suptitle(name)
@@ -147,8 +258,8 @@ def test_every_text_of_a_figure_is_literal(name):
     render_image(figure)
     escaped = escape_invisible(name)
     texts = [text for text in figure.findobj(Text) if escaped[:20] in text.get_text()]
-    # the title twice, the axis, the legend, the note and the ticks
-    assert len(texts) >= 8
+    # the title twice, the axis, the legend, the note, and the ticks of both axes
+    assert len(texts) >= 10
     assert not any(text.get_parse_math() for text in texts)
 
 
@@ -158,8 +269,13 @@ def test_a_figure_of_the_caller_is_drawn_by_matplotlib_itself():
     axes, powers = figure.subplots(2)
     axes.set_yticks([0, 1], [r"w$\frac{$x", "b"])
     powers.set(yscale="log", ylim=(1e-3, 1e5))
+    # minor labels are names on an axis of powers
+    powers.set_yticks([0.02, 30.0], [r"m$\frac{$x", "c"], minor=True)
     show_text_literally(figure)
     figure.savefig(io.BytesIO(), format="png")
+    minor_labels = powers.get_yticklabels(minor=True)
+    assert [label.get_text() for label in minor_labels] == [r"m$\frac{$x", "c"]
+    assert not any(label.get_parse_math() for label in minor_labels)
     assert axes.get_yticklabels()[0].get_text() == r"w$\frac{$x"
     assert all(label.get_parse_math() for label in powers.get_yticklabels())
 
@@ -216,11 +332,30 @@ def test_vtk_draws_the_annotation_without_mathematics_and_tables(name):
     assert _to_ascii("a\x1b[31m ± ü") == r"a\x1b[31m +- ?"
 
 
-def test_escapes_keep_json_what_it_is():
-    record = {"name": "a\u202e\x9b\x7f\ud800\x1b"}
-    text = escape_invisible(json.dumps(record, ensure_ascii=False))
-    assert is_clean(text)
+def test_json_escapes_invisible_characters_and_keeps_its_values():
+    """Escapes for control, format and separator characters of all of Unicode; letters stay."""
+    characters = [chr(code) for code in range(0x110000)]
+    # each in a text of its own: two halves that follow each other would be read as a single character
+    record = {f"a{character}b": f"{character}c" for character in characters}
+    text = format_json(record)
+    text.encode("utf-8")
     assert json.loads(text) == record
+    executed = {character for character in characters if unicodedata.category(character) in EXECUTED}
+    assert {"\x9b", "\u200b", "\u202e", "\u2028", "\ufeff", "\ud800", "\U000e0001"} <= executed
+    assert not executed & set(text) - {"\n"}
+    assert {"ä", "Ж", "轨", "😀", "\xa0", "\u3000"} <= set(text)
+    # a terminal shows the JSON that a file has
+    assert escape_invisible(text) == text
+
+
+def test_the_checksum_of_a_document_is_that_of_its_values(tmp_path):
+    """Documents of before the escapes keep their checksums, on every version of Python."""
+    record = {"name": "a\u202eä\x9b"}
+    path = write_sealed(tmp_path / "a.json", record)
+    assert is_clean(path.read_text("utf-8"))
+    text = json.dumps(record, indent=2, ensure_ascii=False)
+    assert hashlib.sha256(text.encode()).hexdigest() in path.read_text("utf-8")
+    assert explain_broken_seal(path, read_json(path)) is None
 
 
 def test_a_picture_in_the_axes_of_the_caller_is_literal(monkeypatch):

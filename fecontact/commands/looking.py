@@ -16,7 +16,7 @@ from fecontact.console.messages import announce, print_geometry, print_notes, re
 from fecontact.console.options import CONTACT_GROUPS, POSITION_GROUPS, CaseOptions, GridOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.inputs.texts import count_text, parse_numbers
+from fecontact.inputs.texts import count_text, parse_numbers, quote_path
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_answer
 
@@ -61,7 +61,7 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     if out is not None:
         with reporting_replaced_files(out):
             draw_preview(case_preview, out)
-        print(f"picture: {out}", file=sys.stderr if json else sys.stdout)
+        print(f"picture: {quote_path(out)}", file=sys.stderr if json else sys.stdout)
     return 0
 
 
@@ -270,7 +270,7 @@ def profiles(
     if examples is not None:
         from fecontact.profiles.examples import write_examples
 
-        print("\n".join(f"written: {path}" for path in write_examples(examples)))
+        print("\n".join(f"written: {quote_path(path)}" for path in write_examples(examples)))
         return 0
     if name is None:
         print_answer(library_record(library), library_lines, json=json)
@@ -338,7 +338,7 @@ def mesh(
         write_mesh(meshed, out, element=element)
     for body_mesh in (meshed.rail, meshed.wheel) if isinstance(meshed, MeshedPair) else (meshed,):
         print(
-            f"{out}: {body_mesh.name}, {len(body_mesh.points)} nodes, {len(body_mesh.hexes)} hexahedra, surfaces"
-            f" {', '.join(body_mesh.surfaces)}" + ("; half of the body, x >= 0" if body_mesh.half else "")
+            f"{quote_path(out)}: {body_mesh.name}, {len(body_mesh.points)} nodes, {len(body_mesh.hexes)} hexahedra,"
+            f" surfaces {', '.join(body_mesh.surfaces)}" + ("; half of the body, x >= 0" if body_mesh.half else "")
         )
     return 0

@@ -11,7 +11,7 @@ from fecontact.console.messages import find_terminal_width, reporting_replaced_f
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_answer, print_parts
 
@@ -90,12 +90,10 @@ def view(folder: Path) -> int:
     folder
         Folder of results of `run` or `solve --out`.
     """
-    import shlex
-
     from fecontact.outputs.paraview.view import write_view
 
     path = write_view(folder)
-    print(f"{path}: open it with (cd {shlex.quote(str(path.parent))}; paraview --script={path.name})")
+    print(f"{quote_path(path)}: open it with (cd {quote_path(path.parent)}; paraview --script={path.name})")
     return 0
 
 
@@ -174,5 +172,5 @@ def baseline_update(
     update = update_baseline(study_result, folder, reason=reason, allow_failed=allow_failed)
     if update.comparison is not None:
         print_parts(comparison_lines(update.comparison))
-    print(f"{update.path}: {update.text}")
+    print(f"{quote_path(update.path)}: {update.text}")
     return 0

@@ -17,7 +17,7 @@ from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress, show_solution_progress
 from fecontact.console.run_messages import report_files, report_reused_jobs, report_unusable_rows
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
@@ -91,7 +91,9 @@ def solve(
         title, evidence = case_words(case_records.record["case"]), result.case.refine == "evidence"
         print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
         if not long:
-            print_result("--long prints all results" + ("" if out is None else f"; {out / 'report.html'} shows them"))
+            print_result(
+                "--long prints all results" + ("" if out is None else f"; {quote_path(out / 'report.html')} shows them")
+            )
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3
@@ -140,7 +142,8 @@ def run(
             print_result(outcome.conclusion, quiet=how.quiet)
         lost_count = report_unusable_rows(outcome.rows, "case", "without a usable result")
         shown_collections = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
-        paraview = f"; for ParaView: {', '.join((*shown_collections, 'cases/*/case.vtm'))}, or fecontact view {out}"
+        shown_files = ", ".join((*shown_collections, "cases/*/case.vtm"))
+        paraview = f"; for ParaView: {shown_files}, or fecontact view {quote_path(out)}"
         files = ("report.html", "study.csv", "study.png", "cases")
         report_files(out, files, paraview if lost_count < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3
@@ -244,6 +247,6 @@ def validate(
         )
     print(
         f"{count_text(len(result.checks), 'check')}, {len(result.failed)} failed,"
-        f" {count_text(len(result.unusable), 'study', 'studies')} with unusable cases: {result.path}"
+        f" {count_text(len(result.unusable), 'study', 'studies')} with unusable cases: {quote_path(result.path)}"
     )
     return 3 if result.unusable else int(bool(result.failed))

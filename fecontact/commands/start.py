@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from fecontact.console.messages import print_notes
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 
 
 def guide(topic: str = "", /) -> int:
@@ -48,7 +48,8 @@ def check(file: Path, *, quick: bool = False, json: bool = False) -> int:
     if json:
         print(format_json(asdict(study_check)))
         return 2 if study_check.problems else 0
-    print(f"{file}: {count_text(study_check.cases, 'case')}, {', '.join(study_check.varied) or 'no input varies'}")
+    varied = ", ".join(study_check.varied) or "no input varies"
+    print(f"{quote_path(file)}: {count_text(study_check.cases, 'case')}, {varied}")
     for line in () if study_check.cost is None else study_check.cost.words:
         print(line)
     print_notes(study_check.notes)
@@ -74,11 +75,10 @@ def init(folder: Path) -> int:
     from fecontact.runs.study_templates import write_templates
 
     template_files = write_templates(folder)
+    study = quote_path(template_files[0])
     for path in template_files:
-        print(path)
-    print(
-        f"Next: fecontact check {template_files[0]}, then: fecontact run {template_files[0]} --out {folder / 'results'}"
-    )
+        print(quote_path(path))
+    print(f"Next: fecontact check {study}, then: fecontact run {study} --out {quote_path(folder / 'results')}")
     return 0
 
 

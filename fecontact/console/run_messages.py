@@ -9,7 +9,7 @@ from typing import Any
 from fecontact.console.messages import print_reasons, print_result
 from fecontact.console.run_options import RunOptions
 from fecontact.errors import describe_status, is_usable_status
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 
 
 def report_reused_jobs(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:
@@ -70,7 +70,10 @@ def report_files(out: Path, files: Sequence[str], addition: str, how: RunOptions
     """
     if how.part is None:
         present = ", ".join(f"{name}/" if (out / name).is_dir() else name for name in files if (out / name).exists())
-        print_result(f"Results in {out}: {present}{addition}", quiet=how.quiet)
+        print_result(f"Results in {quote_path(out)}: {present}{addition}", quiet=how.quiet)
     else:
-        words = f"Part {how.part} is in {out}; when all parts are there, run the command without --part to join them"
-        print_result(words, quiet=how.quiet)
+        print_result(
+            f"Part {how.part} is in {quote_path(out)}; when all parts are there, run the command without --part to join"
+            " them",
+            quiet=how.quiet,
+        )

@@ -206,11 +206,10 @@ def input_dataclass(kind: type[T]) -> type[T]:
         if positional_values:
             example = ", ".join(f"{member.name}=..." for member in fields(checked_class)[:2])
             raise InputError(f"{kind.__name__} takes keyword arguments only: {kind.__name__}({example})")
-        for name in values.keys() - {member.name for member in fields(checked_class)}:
-            raise InputError(
-                explain_former_name(name)
-                or f"{name} is not an input of {kind.__name__}{_suggest_input(checked_class, name)}"
-            )
+        names = [member.name for member in fields(checked_class)]
+        for name in (name for name in values if name not in names):
+            remedy = _suggest_input(checked_class, name) or f"; allowed: {', '.join(names)}"
+            raise InputError(explain_former_name(name) or f"{name} is not an input of {kind.__name__}{remedy}")
         for entry in fields(checked_class):
             if entry.default is MISSING and entry.default_factory is MISSING and entry.name not in values:
                 raise InputError(f"{entry.name} is missing; give it: {kind.__name__}({entry.name}=...)")

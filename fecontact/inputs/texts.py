@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 import re
-import unicodedata
+import shlex
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Real
+from pathlib import Path
 
-from fecontact.errors import InputError
+from fecontact.errors import InputError, is_invisible
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _MOST_NUMBERS = 1000
+_SHORT_ESCAPES = {"\n": r"\n", "\r": r"\r", "\t": r"\t"}
 INCLINATION_FORMS = "1:N such as 1:40, none, or an angle with its unit such as 25mrad or 1.43deg"
 
 
@@ -226,7 +228,7 @@ def count_text(number: int, noun: str, plural: str = "") -> str:
 def escape_invisible(text: str) -> str:
     r"""Replace characters that a terminal would execute by escapes such as \x1b.
 
-    Newlines and tabs stay. Escapes above ASCII have four or eight digits, so that JSON with them is still JSON.
+    Newlines and tabs stay. `format_json` has escaped these characters (`is_invisible`) in JSON.
 
     Parameters
     ----------
@@ -248,14 +250,65 @@ def escape_invisible(text: str) -> str:
     return "\n".join(line if line.isprintable() else _escape_line(line) for line in text.split("\n"))
 
 
-def _escape_line(line: str) -> str:
-    """Escape the invisible characters of a line; tabs and spaces stay.
+def escape_line(text: str) -> str:
+    r"""Replace invisible characters by escapes, newlines and tabs included.
 
-    All others move the cursor, change the terminal or the direction of the text, or are half a character.
+    Parameters
+    ----------
+    text
+        Name that a user gave to a file, a study or a vehicle.
+
+    Returns
+    -------
+    str
+        Text of a single line.
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import escape_line
+    >>> print(escape_line("a\nb"))
+    a\nb
     """
+    return _escape_line(text, unescaped="")
+
+
+def quote_path(path: Path | str) -> str:
+    r"""Path as a word of a shell command, on a single line.
+
+    Parameters
+    ----------
+    path
+        Path of a file or folder, such as in a message with the next command.
+
+    Returns
+    -------
+    str
+        The path, in quotes if a shell would change it. Bash reads `$'...'` with escapes of invisible characters.
+
+    Examples
+    --------
+    >>> from fecontact.inputs.texts import quote_path
+    >>> print(quote_path("out/a"), quote_path("$HOME"), quote_path("-x"), quote_path("it's\n"))
+    out/a '$HOME' ./-x $'it\'s\n'
+    """
+    text = str(path)
+    if text.startswith("-"):
+        text = f"./{text}"
+    if not any(map(is_invisible, text)):
+        return shlex.quote(text)
+    quoted = re.sub(r"[\\']", r"\\\g<0>", text)
+    # half a character stands for a byte of a name that is not UTF-8
+    quoted = re.sub("[\udc80-\udcff]", lambda half: f"\\x{ord(half[0]) - 0xDC00:02x}", quoted)
+    return f"$'{escape_line(quoted)}'"
+
+
+def _escape_line(line: str, *, unescaped: str = "\t") -> str:
+    """Escape the invisible characters of a line, except for a few."""
     return "".join(
         character
-        if character.isprintable() or character == "\t" or unicodedata.category(character) == "Zs"
+        if character in unescaped or not is_invisible(character)
+        else _SHORT_ESCAPES[character]
+        if character in _SHORT_ESCAPES
         else f"\\x{ord(character):02x}"
         if character < "\x7f"
         else f"\\u{ord(character):04x}"

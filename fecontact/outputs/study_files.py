@@ -7,7 +7,6 @@ from pathlib import Path
 
 from fecontact.criteria import Criteria
 from fecontact.files import write_sealed
-from fecontact.inputs.texts import escape_invisible
 from fecontact.outputs.pair_names import RowMapping
 from fecontact.outputs.records.results import package_versions
 from fecontact.outputs.series import split_into_series
@@ -31,17 +30,12 @@ def write_tables(study: str, cases: int, rows: Sequence[RowMapping], path: Path)
     path
         Path of the files without the endings .csv and .json.
     """
-    # the texts of the CSV file, which may contain names
-    plain_rows = [
-        {key: escape_invisible(value) if isinstance(value, str) else value for key, value in row.items()}
-        for row in rows
-    ]
     write_csv(rows, path.with_name(f"{path.name}.csv"))
     record = {
         "schema": STUDY_SCHEMA,
         "study": study,
         "cases": cases,
-        "rows": plain_rows,
+        "rows": rows,
         "versions": package_versions(),
     }
     write_sealed(path.with_name(f"{path.name}.json"), record, [path.with_name(f"{path.name}.csv")])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import base64
 import threading
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -26,9 +27,10 @@ if TYPE_CHECKING:
     from jinja2 import Template
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
+    from matplotlib.axis import Tick
     from matplotlib.figure import Figure
     from matplotlib.legend import Legend
+    from matplotlib.text import Text
     from matplotlib.ticker import Formatter
     from PIL.Image import Image
 
@@ -279,9 +281,12 @@ def show_text_literally(artist: Artist) -> None:
     for ax in artist.findobj(Axes):
         for axis in (ax.xaxis, ax.yaxis):
             # This makes the ticks that matplotlib would make only when it draws, and no texts yet.
-            ticks = [*axis.get_major_ticks(len(axis.get_majorticklocs())), *axis.get_minor_ticks()]
-            if not _escape_tick_labels(axis):
-                numbers |= {axis.get_offset_text(), *(label for tick in ticks for label in (tick.label1, tick.label2))}
+            major_ticks = axis.get_major_ticks(len(axis.get_majorticklocs()))
+            minor_ticks = axis.get_minor_ticks(len(axis.get_minorticklocs()))
+            if not _escape_tick_labels(axis.get_major_formatter(), axis.set_major_formatter):
+                numbers |= {axis.get_offset_text(), *_list_labels(major_ticks)}
+            if not _escape_tick_labels(axis.get_minor_formatter(), axis.set_minor_formatter):
+                numbers |= _list_labels(minor_ticks)
     for text in artist.findobj(Text):
         if not isinstance(text, Text) or text in numbers:
             continue
@@ -290,13 +295,19 @@ def show_text_literally(artist: Artist) -> None:
             text.set_text(content)
 
 
-def _escape_tick_labels(axis: Axis) -> bool:
-    """Escape control characters in the labels of an axis that are given texts.
+def _list_labels(ticks: Sequence[Tick]) -> set[Text]:
+    return {label for tick in ticks for label in (tick.label1, tick.label2)}
+
+
+def _escape_tick_labels(formatter: Formatter, set_formatter: Callable[[Formatter], object]) -> bool:
+    """Escape control characters in labels of an axis that are given texts.
 
     Parameters
     ----------
-    axis
-        Axis whose formatter is complete. Its formatter writes the labels again whenever matplotlib draws.
+    formatter
+        Complete formatter. It writes the labels again whenever matplotlib draws.
+    set_formatter
+        Function that replaces the formatter of the axis.
 
     Returns
     -------
@@ -306,14 +317,13 @@ def _escape_tick_labels(axis: Axis) -> bool:
     from matplotlib.category import StrCategoryFormatter
     from matplotlib.ticker import FixedFormatter, FuncFormatter
 
-    formatter = axis.get_major_formatter()
     if not isinstance(formatter, FixedFormatter | FuncFormatter | StrCategoryFormatter):
         return False
     # Files of two kinds are made from one figure, and axes can share a formatter.
     if not isinstance(getattr(formatter, "func", None), _EscapedLabels):
         escaped = FuncFormatter(_EscapedLabels(formatter))
         escaped.set_offset_string(formatter.get_offset())
-        axis.set_major_formatter(escaped)
+        set_formatter(escaped)
     return True
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from fecontact.inputs.texts import escape_invisible
+from fecontact.inputs.texts import escape_invisible, quote_path
 
 if TYPE_CHECKING:
     from rich.console import Console, JustifyMethod
@@ -46,7 +46,7 @@ def print_answer(record: object, lines: Callable[[Any], Iterable[Part]], *, json
         print_parts(lines(record))
     for file_kind, path in files.items():
         if path is not None:
-            print(f"{file_kind}: {path}", file=sys.stderr if json else sys.stdout)
+            print(f"{file_kind}: {quote_path(path)}", file=sys.stderr if json else sys.stdout)
 
 
 def print_parts(parts: Iterable[Part], console: Console | None = None, *, long: bool = False) -> None:

@@ -428,6 +428,9 @@ def profile_identity(spec: str) -> str:
         return str(spec)
     path = profile_file(spec)
     if path is None:
+        if file_of_identity(spec) is not None and "/" not in spec:
+            # from a record; its name may have backslashes
+            return spec
         # a path of Windows or POSIX, from a record of another machine
         return PureWindowsPath(spec).name or spec
     try:

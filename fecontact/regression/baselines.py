@@ -101,10 +101,15 @@ def _study_name(table: ResultTable) -> str:
     """
     name = table.settings.get("study", "")
     # The name of the study becomes the name of a file.
-    if table.key != ("id",) or not re.fullmatch(r"\w[\w.-]*", name):
+    if table.key != ("id",) or not name:
         raise InputError(
-            f"results {table.path}: study {name!r}; allowed: the name of a study; give the folder that"
-            " `fecontact run` wrote, with its study.json"
+            f"results {table.path}: there is no name of a study; give the folder that `fecontact run` wrote, with its"
+            " study.json"
+        )
+    if not re.fullmatch(r"\w[\w.-]*", name):
+        raise InputError(
+            f"results {table.path}: the name of the study is {name!r}; allowed in the names of the files of a baseline:"
+            " letters, digits, _, . and -, with a letter or a digit first; rename the study file and run it again"
         )
     return name
 

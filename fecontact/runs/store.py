@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any, Protocol, TypeVar
 
 import numpy as np
@@ -22,7 +22,7 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
-from fecontact.files import read_json, write_json
+from fecontact.files import is_file_name, read_json, write_json
 from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Job, Work, WorkResult
 from fecontact.judging.judge import judge_load
@@ -546,7 +546,7 @@ def read_stored_case(folder: Path, record: Mapping[str, Any]) -> Case:
         name = file_of_identity(spec)
         if name is None and (is_library_name(spec) or is_short_form(spec)):
             continue
-        if name is None or PureWindowsPath(name).name != name:
+        if not is_file_name(name):
             raise InputError(
                 f"{folder}: {body} is {spec!r:.80}; allowed: the name of a file in this folder, with @ and its hash"
             )

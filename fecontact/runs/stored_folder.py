@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path, PureWindowsPath
+from pathlib import Path
 from typing import Any
 
 from fecontact.errors import InputError
-from fecontact.files import explain_broken_seal, read_json
+from fecontact.files import explain_broken_seal, is_file_name, read_json
 from fecontact.jobs.store import read_intact_manifest
 from fecontact.outputs.records.results import Row
 from fecontact.outputs.study_files import STUDY_SCHEMA
@@ -102,12 +102,7 @@ def read_stored_study(folder: Path) -> tuple[str, list[Row], int]:
 def _is_row(row: Any) -> bool:
     """Whether a row has a status and an id that can name a folder."""
     has_texts = isinstance(row, Mapping) and isinstance(row.get("id"), str) and isinstance(row.get("status"), str)
-    return has_texts and is_name(row["id"])
-
-
-def is_name(text: Any) -> bool:
-    """Whether a text is the name of a file or folder, without a path."""
-    return isinstance(text, str) and PureWindowsPath(text).name == text not in ("", "..")
+    return has_texts and is_file_name(row["id"])
 
 
 def read_sealed_document(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:

@@ -12,6 +12,7 @@ from typing import Any
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError
+from fecontact.files import is_file_name
 from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.maps.files import write_map
@@ -24,7 +25,7 @@ from fecontact.outputs.parts import Part
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import name_position_folder, read_position
 from fecontact.runs.store import read_solution, read_stored_case, refuse_changed_files
-from fecontact.runs.stored_folder import describe_unusable_result, is_name, read_sealed_document
+from fecontact.runs.stored_folder import describe_unusable_result, read_sealed_document
 
 OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
 
@@ -213,7 +214,9 @@ def read_map(
     document = read_map_document(folder)
     read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
     with refuse_changed_files(folder / "map.json", "make the map again"):
-        names = {shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_name(name)}
+        names = {
+            shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_file_name(name)
+        }
         folders = {shift: name_position_folder(folder, name) for shift, name in names.items()}
         problems = {
             shift: problem

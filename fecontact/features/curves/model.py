@@ -313,7 +313,10 @@ def _build_vehicle(tables: Mapping[str, Any]) -> Vehicle:
     required_tables = ("wheelset", *(_BOGIE_TABLES if has_bogie else ("guide",)))
     table_values: dict[str, Any] = {name: read_table(_TABLES[name], name, tables.get(name)) for name in required_tables}
     bogie = Bogie(**{name: table_values[name] for name in _BOGIE_TABLES}) if has_bogie else None
-    name, source = str(tables.get("name", "vehicle")), str(tables.get("source", ""))
+    name, source = tables.get("name", "vehicle"), tables.get("source", "")
+    for key, text in (("name", name), ("source", source)):
+        if not isinstance(text, str):
+            raise InputError(f"{key} is {text!r:.80}; allowed: a text in quotes")
     return Vehicle(
         name=name, source=source, wheelset=table_values["wheelset"], guide=table_values.get("guide"), bogie=bogie
     )

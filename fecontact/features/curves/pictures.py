@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from fecontact.features.curves.curve import CurveRun
 from fecontact.features.curves.visits import CurveResults, MapColumn, Visit
+from fecontact.inputs.texts import escape_line
 from fecontact.outputs.pair_names import pair_words
 from fecontact.outputs.style import (
     ANSWER_COLOURS,
@@ -137,7 +138,7 @@ def _draw_path(axes: NDArray[Any], runs: Sequence[CurveRun], theory: str, style:
 
 def _make_title(results: CurveResults) -> str:
     """Vehicle and pair in a title."""
-    return f"{results.vehicle.name}, {pair_words(results.case)}"
+    return f"{escape_line(results.vehicle.name)}, {pair_words(results.case)}"
 
 
 def draw_visits(results: CurveResults, path: str | Path) -> Path:

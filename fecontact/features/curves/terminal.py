@@ -15,6 +15,7 @@ from fecontact.features.curves.sentences import (
     describe_straight_track,
 )
 from fecontact.features.curves.visits import CurveResults
+from fecontact.inputs.texts import escape_line
 from fecontact.outputs.tables import Table, make_table, number_column, number_text, text_column
 from fecontact.outputs.terminal import OutputLines, note_lines
 
@@ -45,9 +46,10 @@ def format_curves(results: CurveResults) -> OutputLines:
     """
     yield from map(describe_difference, results.differences)
     bogie = results.vehicle.bogie
+    name = escape_line(results.vehicle.name)
     bogie_words = "" if bogie is None else ", leading bogie" if bogie.leads else ", trailing bogie"
     for theory, runs in results.runs.items():
-        title = f"{results.vehicle.name}{bogie_words}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
+        title = f"{name}{bogie_words}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
         yield _make_wheelset_table(title, runs)
         yield from note_lines(
             f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes

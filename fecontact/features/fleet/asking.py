@@ -10,7 +10,7 @@ from fecontact.console.progress import show_job_progress
 from fecontact.console.run_messages import report_reused_jobs, report_unusable_rows
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.errors import InputError
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 from fecontact.outputs.terminal import print_answer as tell
 from fecontact.packages import require_finite_elements
 
@@ -73,7 +73,9 @@ def sample(
         report_reused_jobs(outcome.reused, outcome.recomputed, "position", how)
         report_unusable_rows(outcome.rows, "position", "not solved")
         print_result(
-            f"The sample is in {folder / 'sample.parquet'}; next: fecontact fleet report {folder}", quiet=how.quiet
+            f"The sample is in {quote_path(folder / 'sample.parquet')}; next: fecontact fleet report"
+            f" {quote_path(folder)}",
+            quiet=how.quiet,
         )
     return 0 if outcome.all_converged else 3
 

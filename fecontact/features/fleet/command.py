@@ -14,7 +14,7 @@ from fecontact.console.progress import show_progress_by_kind
 from fecontact.console.run_messages import report_files
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.features.fleet.asking import report, sample
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, quote_path
 
 if TYPE_CHECKING:
     from fecontact.features.fleet.checking import FleetCost
@@ -74,7 +74,8 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         )
         if screening.removed_report:
             print_result(
-                f"the report of the earlier tables was removed; write it again: fecontact fleet report {out}",
+                "the report of the earlier tables was removed; write it again: fecontact fleet report"
+                f" {quote_path(out)}",
                 quiet=how.quiet,
             )
         for name, notes in screening.notes.items():
@@ -83,8 +84,8 @@ def run(file: Path, *, out: Path, how: RunOptions = DEFAULT_RUN_OPTIONS) -> int:
         if screening.notes:
             print_result(
                 f"the readers made assumptions about {len(screening.notes)} of"
-                f" {count_text(screening.profiles, 'file')}, such as the"
-                f" side or the origin; see the notes in {out / 'run.log'}, profiles.parquet and the report",
+                f" {count_text(screening.profiles, 'file')}, such as the side or the origin; see the notes in"
+                f" {quote_path(out / 'run.log')}, profiles.parquet and the report",
                 quiet=how.quiet,
             )
         failed = {f"{wheel} on {rail}": why for (wheel, rail), why in screening.failed.items()}
@@ -161,7 +162,7 @@ def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1, 
     from fecontact.features.fleet.examples import write_fleet
 
     path = write_fleet(folder, wheels=wheels, rails=rails, seed=seed, force=force)
-    print_result(f"Fleet: {path}; next: `fecontact fleet run` with this file and --out FOLDER")
+    print_result(f"Fleet: {quote_path(path)}; next: `fecontact fleet run` with this file and --out FOLDER")
     return 0
 
 

@@ -18,6 +18,7 @@ from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.packages import import_parquet
 from fecontact.files import describe_object, explain_broken_seal, hash_file, list_companions, read_json, write_sealed
 from fecontact.inputs.kinds import to_float
+from fecontact.inputs.texts import quote_path
 from fecontact.jobs.store import LOCK, find_damage, lock_folder
 from fecontact.outputs.study_report import REPORT_FILE
 from fecontact.runs.folder import prepare_folder
@@ -55,7 +56,8 @@ def describe_rerun(folder: Path) -> str:
     str
         The command to run.
     """
-    return f"run the same command again: fecontact fleet run FLEET.toml --out {folder} (finished jobs are kept)"
+    command = f"fecontact fleet run FLEET.toml --out {quote_path(folder)}"
+    return f"run the same command again: {command} (finished jobs are kept)"
 
 
 def describe_redraw(folder: Path, draws: int | None = None) -> str:
@@ -74,7 +76,7 @@ def describe_redraw(folder: Path, draws: int | None = None) -> str:
         The command to run.
     """
     count = "" if draws is None else f" --finite-elements {draws}"
-    return f"draw again: fecontact fleet sample {folder}{count} (solved positions are kept)"
+    return f"draw again: fecontact fleet sample {quote_path(folder)}{count} (solved positions are kept)"
 
 
 # --- Before anything is written.
@@ -288,7 +290,7 @@ def read_record(folder: Path) -> dict[str, Any]:
     if not record.exists():
         raise InputError(
             f"{folder} has no screened fleet ({FLEET_RECORD} is missing); screen it: fecontact fleet run FLEET.toml"
-            f" --out {folder}"
+            f" --out {quote_path(folder)}"
         )
     document = _read_sealed(record, describe_rerun(folder))
     sealed_parts = _select_parts(document)
