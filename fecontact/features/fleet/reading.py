@@ -27,6 +27,7 @@ from fecontact.profiles.plausibility import find_suspicions
 from fecontact.profiles.points import check_points, is_exact
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.recognition import fit_profile
+from fecontact.profiles.remedies import read_or_explain
 from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Registration, SmoothingFrame
 from fecontact.profiles.suspicions import Suspicion, SuspiciousProfileError
@@ -185,7 +186,7 @@ class ReadingProfile:
             If the memory does not suffice.
         """
         try:
-            variants = self._read_variants()
+            variants = read_or_explain(self._read_variants, self.reading, self.body)
         except MemoryShortageError:
             raise
         except InputError as error:
@@ -208,24 +209,24 @@ class ReadingProfile:
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
 
-    def _read_variants(self) -> list[Profile]:
+    def _read_variants(self, reading: Reading) -> list[Profile]:
         """Variants of the profile, in the order of the wave lengths.
 
         A profile of the library, of exact segments or of few or exact points has a single variant.
         """
-        exact_reading = replace(self.reading, filter_mm=0.0)
+        exact_reading = replace(reading, filter_mm=0.0)
         if is_library_name(self.spec):
-            return [_resolve_exact(self.body, self.spec, self.reading)]
-        content = read_profile_content(self.spec, self.body, self.reading)
+            return [_resolve_exact(self.body, self.spec, reading)]
+        content = read_profile_content(self.spec, self.body, reading)
         if isinstance(content, Profile):
             return [content]
         if (
-            self.reading.filter_mm == 0.0
+            reading.filter_mm == 0.0
             or len(content.points) < _FEWEST_POINTS
             or is_exact(check_points(content, exact_reading).points)
         ):
             return [fit_profile(content, exact_reading)]
-        return [fit_profile(content, replace(self.reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
+        return [fit_profile(content, replace(reading, filter_mm=filter_mm)) for filter_mm in self.filters_mm]
 
 
 def _make_record(variants: list[Profile]) -> dict[str, Any]:
