@@ -421,16 +421,16 @@ def test_a_table_that_is_no_profile_is_refused_without_an_option(write):
 
 
 def test_a_rail_with_its_guard_rail_is_read_after_the_cut_that_is_named(write):
-    """The groove is at y = -25.3 mm, which is X = 25.3 mm of the file: X points to the track centre."""
+    """X of the file points to the track centre. The groove is at y = -25.3 mm, at X = 25.3 mm."""
     name = "guard_rail_test.ban"
     with pytest.raises(InputError, match=r"at y = -25\.3 mm .* cut it at 25\.3 mm"):
         resolve_rail(str(FILES / name))
-    kept = []
+    lines = []
     for line in (FILES / name).read_text("latin-1").splitlines():
         numbers = re.findall(r"^\s*(-?\d+\.\d+)\s", line)
         if not numbers or float(numbers[0]) < 25.3:
-            kept.append(line)
-    rail = resolve_rail(write(name, "\n".join(kept)), AS_IS)
+            lines.append(line)
+    rail = resolve_rail(write(name, "\n".join(lines)), AS_IS)
     assert rail.y_range_mm == pytest.approx((-25.06, 67.28), abs=0.01)
 
 
@@ -486,8 +486,8 @@ def combine_options(message):
     """
     first, *parts = re.split(r"; and with (--\S+ \S+): ", message)
     alternatives = [[option] for option in dict.fromkeys(_OPTION.findall(first))]
-    for needed_by, part in zip(parts[::2], parts[1::2], strict=True):
-        further = list(dict.fromkeys(_OPTION.findall(part)))
+    for needed_by, text in zip(parts[::2], parts[1::2], strict=True):
+        further = list(dict.fromkeys(_OPTION.findall(text)))
         alternatives = [
             [*options, option]
             for options in alternatives
@@ -498,7 +498,7 @@ def combine_options(message):
 
 
 def follow_remedies(arguments, capsys):
-    """Command lines that read the file with the options that the refusal names, in one step.
+    """Command lines with the options of a refusal, which read the file.
 
     The list is empty for a refusal without an option.
     """
@@ -544,8 +544,8 @@ def test_the_two_options_of_a_wheel_of_gensys_are_in_one_refusal(write):
     path = write("kpf.txt", MADE_FILES["kpf.txt"])
     with pytest.raises(InputError, match=r"--wheel-columns 1,-2 .*; and with --wheel-columns 1,-2: .*wheel-mirror yes"):
         resolve_wheel(path)
-    read = resolve_wheel(path, Reading(columns="1,-2", mirror=True, filter_mm=0.0)).profile
-    assert read.points == pytest.approx(wheel_points(), abs=1e-6)
+    wheel = resolve_wheel(path, Reading(columns="1,-2", mirror=True, filter_mm=0.0)).profile
+    assert wheel.points == pytest.approx(wheel_points(), abs=1e-6)
 
 
 # a wheel of one system of axes, unit and origin, as each of four problems or their combination

@@ -70,7 +70,7 @@ NEARLY_EQUAL = {"60E1": {"MBench_UIC60"}, "54E1": {"50E3"}, "60E2": set()}
 
 
 def read_example(path):
-    """Name in the file, nominal profile, and the profiles that the notes do not tell from it."""
+    """Name in the file, nominal profile, and names of indistinguishable profiles."""
     rail = resolve_rail(str(path), NOT_MIRRORED)
     notes = [note for note in rail.notes if "do not tell" in note]
     equal = notes[0].partition(" from ")[2].partition(":")[0].split(" and ") if notes else []
@@ -99,12 +99,12 @@ def test_all_worn_examples_get_their_rail(tmp_path, seed):
 
 
 def test_fewer_points_are_not_a_better_fit():
-    """A profile that covers a part of the points does not win by the points that it leaves out."""
+    """A profile does not win by points that it leaves out."""
     points = measure_rail("60E1", 0.0, cut=False, seed=3)
     points = points - (1.0, -0.5)
 
-    def smooth(kept):
-        frame = frame_on_reference(load_library_profile("60E1"), Registration(), points[kept])
+    def smooth(selection):
+        frame = frame_on_reference(load_library_profile("60E1"), Registration(), points[selection])
         return smooth_frame(frame, filter_mm=None, noise_mm=None)[0]
 
     complete, short = smooth(slice(None)), smooth(slice(40, None))

@@ -1,4 +1,4 @@
-"""Choice of the nominal profile among profiles of the library that measured points may belong to.
+"""Choice of the nominal profile of measured points among profiles of the library.
 
 The score that chooses a filter length (`smoothing.fit_deviation`) is computed on the points that a profile covers, and
 on its own running part. Scores of different profiles are comparable only on equal points: a rail of which the drawing
@@ -62,7 +62,7 @@ def choose_nominal(
 
 
 def is_nominal_supported(nominal: SmoothingResult, free: SmoothingResult, noise_mm: float | None) -> bool:
-    """Whether the deviation from a nominal profile is not worse than a smoothing of the points alone.
+    """Whether points support their nominal profile against a smoothing without it.
 
     They are compared on the running part that the profile covers, because blunt corners are no reason against it.
 
@@ -91,7 +91,7 @@ def _label_points(measured: SmoothingResult) -> NDArray[np.complex128]:
 def _rate(
     measured: SmoothingResult, labels: NDArray[np.complex128], noise_mm: float | None, filter_mm: float | None = None
 ) -> float:
-    """Score of a smoothing on the points with some labels, with its own or another filter length."""
+    """Score of a smoothing, or of another filter length, on labelled points."""
     rated = np.isin(_label_points(measured), labels)
     *_, score = fit_deviation(measured.held, filter_mm or measured.filter_mm, noise_mm, rated)
     return score

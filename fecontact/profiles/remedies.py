@@ -1,4 +1,4 @@
-"""Refusals of profile files that name everything that is needed in one step.
+"""Refusals of profile files with the options of all problems.
 
 A reader refuses a file for its first problem, with the option that settles it. If a second problem appears only with
 this option, as in a wheel whose z points down and whose y points to the flange, the refusal has to name it too.
@@ -19,12 +19,12 @@ T = TypeVar("T")
 _MOST_OPTIONS = 5
 
 
-def read_or_explain(read: Callable[[Reading], T], reading: Reading, kind: ProfileKind) -> T:
+def read_or_explain(read_profile: Callable[[Reading], T], reading: Reading, kind: ProfileKind) -> T:
     """Read a profile; a refusal names the options of all problems.
 
     Parameters
     ----------
-    read
+    read_profile
         Function that reads the profile with some options.
     reading
         Options of the file.
@@ -34,7 +34,7 @@ def read_or_explain(read: Callable[[Reading], T], reading: Reading, kind: Profil
     Returns
     -------
     object
-        Result of `read`.
+        Result of `read_profile`.
 
     Raises
     ------
@@ -42,14 +42,18 @@ def read_or_explain(read: Callable[[Reading], T], reading: Reading, kind: Profil
         The file is refused. Each option of the message that leads to a further refusal is followed by this refusal.
     """
     try:
-        return read(reading)
+        return read_profile(reading)
     except InputError as error:
-        error.args = (_explain(error, read, reading, kind, _MOST_OPTIONS), *error.args[1:])
+        error.args = (_explain(error, read_profile, reading, kind, _MOST_OPTIONS), *error.args[1:])
         raise
 
 
 def _explain(
-    error: InputError, read: Callable[[Reading], object], reading: Reading, kind: ProfileKind, most: int
+    error: InputError,
+    read_profile: Callable[[Reading], object],
+    reading: Reading,
+    kind: ProfileKind,
+    largest_count: int,
 ) -> str:
     """Message of a refusal with the further refusals that its options lead to.
 
@@ -57,13 +61,13 @@ def _explain(
     ----------
     error
         Refusal with the options `reading`.
-    read
+    read_profile
         Function that reads the profile with some options.
     reading
         Options of the file.
     kind
         `rail` or `wheel`.
-    most
+    largest_count
         Largest number of further options.
 
     Returns
@@ -72,7 +76,7 @@ def _explain(
         Message.
     """
     message = str(error)
-    if most == 0:
+    if largest_count == 0:
         return message
     parts = [message]
     for suggestion in find_suggestions(message, kind):
@@ -80,7 +84,9 @@ def _explain(
         if changed == reading:
             continue
         try:
-            read(changed)
+            read_profile(changed)
         except InputError as next_error:
-            parts.append(f"with {suggestion.option}: {_explain(next_error, read, changed, kind, most - 1)}")
+            parts.append(
+                f"with {suggestion.option}: {_explain(next_error, read_profile, changed, kind, largest_count - 1)}"
+            )
     return "; and ".join(parts)

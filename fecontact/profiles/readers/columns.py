@@ -473,11 +473,13 @@ def _has_coordinates(rows: list[list[str]]) -> bool:
     A remark after the numbers of a line is no column.
     """
     count = len(rows[0])
-    kept = [row[:count] if len(row) > count and parse_number(row[count]) is None else row for row in rows]
-    if any(len(row) != count for row in kept):
+    plain_rows = [row[:count] if len(row) > count and parse_number(row[count]) is None else row for row in rows]
+    if any(len(row) != count for row in plain_rows):
         # a single line that is too short or too long is a mistake, and is named with its number
-        return sum(len(row) != count for row in kept) < 0.1 * len(kept)
-    return sum(all(parse_number(field) is not None for field in column) for column in zip(*kept, strict=True)) >= 2
+        return sum(len(row) != count for row in plain_rows) < 0.1 * len(plain_rows)
+    return (
+        sum(all(parse_number(field) is not None for field in column) for column in zip(*plain_rows, strict=True)) >= 2
+    )
 
 
 def _guess_columns(rows: list[list[str]]) -> str:
