@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from fecontact.errors import InputError
 from fecontact.profiles.curve import ProfileKind
@@ -80,7 +80,8 @@ def _explain(
         return message
     parts = [message]
     for suggestion in find_suggestions(message, kind):
-        changed = replace(reading, **{suggestion.key: suggestion.value})
+        option: dict[str, Any] = {suggestion.key: suggestion.value}
+        changed = replace(reading, **option)
         if changed == reading:
             continue
         try:
