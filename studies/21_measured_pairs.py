@@ -421,7 +421,7 @@ def main() -> None:
         results += (new_results := survey([position]))
         case, said = (
             position.case,
-            f"{new_results[0].answer} ({new_results[0].variants_holding} of {new_results[0].variant_count} variants hold)",
+            f"{new_results[0].answer} ({new_results[0].variants_holding} of {new_results[0].variant_count} hold)",
         )
         at = f"{' x '.join(position.pair)}, {case.lateral_shift_mm:+g} mm, {case.load_N / 1e3:g} kN"
         print(

@@ -406,6 +406,34 @@ def test_a_roller_and_a_narrow_head_are_told(write):
     assert not any("narrower" in note for note in profile_from_points(*head_points().T, kind="rail", name="a").notes)
 
 
+def test_a_table_that_is_no_profile_is_refused_without_an_option(write):
+    names = [f"E{k % 6},A/A,{k},0.125,0.175,0.075\n" for k in range(20)]
+    texts = ["".join(names) + "E5,A/A diameters 920 918,1.0,0.2,0.3,0.2\n" * 20, "a,b,c,d\n1,x,y,z\n" * 20]
+    for text in texts:
+        with pytest.raises(InputError, match="it is not a profile; give a file with the columns y and z") as refused:
+            resolve_rail(write("a.csv", text))
+        assert "--rail-columns" not in str(refused.value)
+    # a single wrong line among columns of numbers is a mistake of this line
+    lines = [f"{k} {text}" for k, text in enumerate(rows(head_points()).splitlines())]
+    lines[7] += " 1.0"
+    with pytest.raises(InputError, match="--rail-columns 2,3"):
+        resolve_rail(write("b.csv", "\n".join(lines)))
+
+
+def test_a_rail_with_its_guard_rail_is_read_after_the_cut_that_is_named(write):
+    """X of the file points to the track centre. The groove is at y = -25.3 mm, at X = 25.3 mm."""
+    name = "guard_rail_test.ban"
+    with pytest.raises(InputError, match=r"at y = -25\.3 mm .* cut it at 25\.3 mm"):
+        resolve_rail(str(FILES / name))
+    lines = []
+    for line in (FILES / name).read_text("latin-1").splitlines():
+        numbers = re.findall(r"^\s*(-?\d+\.\d+)\s", line)
+        if not numbers or float(numbers[0]) < 25.3:
+            lines.append(line)
+    rail = resolve_rail(write(name, "\n".join(lines)), AS_IS)
+    assert rail.y_range_mm == pytest.approx((-25.06, 67.28), abs=0.01)
+
+
 # --- remedies --------------------------------------------------------------------------------------------------------
 
 _OPTION = re.compile(r"--(?:rail|wheel)-[a-z-]+ [-\w.]+(?:,[-+]?\w+)?(?= \()|--kind (?:rail|wheel)")
@@ -451,26 +479,44 @@ def change_options(arguments, option):
     return [*arguments, name, value]
 
 
-def follow_remedies(arguments, capsys, refusals=()):
-    """Follow each printed remedy, until the file is read or a refusal has no remedy.
+def combine_options(message):
+    """Options that the message asks for, as a list of alternatives.
 
-    Returns the command lines that read the file.
+    A part that begins with `; and with OPTION: ` is needed for this option, the other parts for all.
+    """
+    first, *parts = re.split(r"; and with (--\S+ \S+): ", message)
+    alternatives = [[option] for option in dict.fromkeys(_OPTION.findall(first))]
+    for needed_by, text in zip(parts[::2], parts[1::2], strict=True):
+        further = list(dict.fromkeys(_OPTION.findall(text)))
+        alternatives = [
+            [*options, option]
+            for options in alternatives
+            for option in (further if needed_by == options[-1] else [None])
+        ]
+        alternatives = [[option for option in options if option] for options in alternatives]
+    return alternatives
+
+
+def follow_remedies(arguments, capsys):
+    """Command lines with the options of a refusal, which read the file.
+
+    The list is empty for a refusal without an option.
     """
     code = call(arguments)
     message = capsys.readouterr().err
     if code == 0:
         return [arguments]
     assert code == 2
-    assert message not in refusals, f"{arguments} leads to the same refusal: {message}"
-    assert len(refusals) < 4, f"{arguments}: too many refusals, {message}"
-    options = dict.fromkeys(_OPTION.findall(message))
-    for option in options:
-        assert change_options(arguments, option) != arguments, f"{option} is given already: {message}"
-    return [
-        command
-        for option in options
-        for command in follow_remedies(change_options(arguments, option), capsys, (*refusals, message))
-    ]
+    commands = []
+    for options in combine_options(message):
+        command = arguments
+        for option in options:
+            assert change_options(command, option) != command, f"{option} is given already: {message}"
+            command = change_options(command, option)
+        assert call(command) == 0, f"{command}: {capsys.readouterr().err}"
+        capsys.readouterr()
+        commands.append(command)
+    return commands
 
 
 @pytest.mark.parametrize("name", [*REAL_FILES, *MADE_FILES])
@@ -484,10 +530,30 @@ def test_a_wheel_with_two_problems_is_refused_with_both_remedies(write, capsys):
     path = write("old.whl", MADE_FILES["old.whl"])
     assert call(["profiles", path]) == 2
     assert re.search(
-        r"give --wheel-tape-circle-mm 70 .*; and .*turns back at point .* --wheel-repair yes", capsys.readouterr().err
+        r"turns back at point .* --wheel-repair yes .*; and with --wheel-repair yes: .*give --wheel-tape-circle-mm 70 ",
+        capsys.readouterr().err,
     )
     assert call(["profiles", path, "--wheel-tape-circle-mm", "70"]) == 2
     message = capsys.readouterr().err
     assert "turns back at point" in message
     assert "tape circle" not in message
     assert call(["profiles", path, "--wheel-tape-circle-mm", "70", "--wheel-repair", "yes"]) == 0
+
+
+def test_the_two_options_of_a_wheel_of_gensys_are_in_one_refusal(write):
+    path = write("kpf.txt", MADE_FILES["kpf.txt"])
+    with pytest.raises(InputError, match=r"--wheel-columns 1,-2 .*; and with --wheel-columns 1,-2: .*wheel-mirror yes"):
+        resolve_wheel(path)
+    wheel = resolve_wheel(path, Reading(columns="1,-2", mirror=True, filter_mm=0.0)).profile
+    assert wheel.points == pytest.approx(wheel_points(), abs=1e-6)
+
+
+# a wheel of one system of axes, unit and origin, as each of four problems or their combination
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
+@pytest.mark.parametrize("shift_mm", [0.0, 70.0])
+def test_all_problems_of_a_wheel_are_named_in_one_refusal(write, capsys, unit, signs, shift_mm):
+    path = write("a.csv", rows(moved(wheel_points(), shift_mm) * signs * unit))
+    commands = follow_remedies(["profiles", path, "--kind", "wheel", "--json"], capsys)
+    assert commands
+    assert all(command.count("--kind") == 1 for command in commands)

@@ -390,7 +390,7 @@ def test_smoothed_profiles_are_equal_by_their_points():
 @pytest.mark.parametrize("cant", [20, 30, 40])
 def test_a_rail_that_lies_canted_in_its_file_is_asked_for(cant):
     nominal_held = SimpleNamespace(registration=SimpleNamespace(turn_rad=-1.0 / cant))
-    (*_, said) = _describe_choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail")
+    (*_, said) = _describe_choices(SimpleNamespace(nominal="60E1", held=nominal_held), "rail", ())
     assert f"near 1:{cant}; if the rail in the file is canted" in said
 
 

@@ -776,8 +776,9 @@ def _check_rail_shape(y: Floats, z: Floats, what: str, flipped_columns: str) -> 
     ):
         raise InputError(
             f"{what}: the profile has two heads with a groove of {dip:.1f} mm at y = {y[at]:.1f} mm between them:"
-            " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. A"
-            " crossing nose with its wing rail is not a known shape"
+            " two rails, or a rail with its guard rail; cut the file there, and give only the running rail. If the"
+            " file has the other direction of y, as MiniProf files of rails have, cut it at"
+            f" {-y[at]:.1f} mm. A crossing nose with its wing rail is not a known shape"
         )
     # a head is above the chord between its ends, even if it is canted, worn or half
     middle = np.abs(y - 0.5 * (y[0] + y[-1])) <= 0.1 * abs(y[-1] - y[0])

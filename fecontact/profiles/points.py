@@ -426,14 +426,9 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
     outline_end_mm = (float(points[0, 0]), float(points[0, 1])) if cut_remarks and file_points.kind == "rail" else None
     points, end_remarks, gauge_side_end_mm = _cut_turned_in_ends(points, file_points.kind)
     # the shape of a profile that turns back is undefined, so wrong points are removed first
-    try:
-        points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
-    except InputError as error:
-        if question := file_points.question or _find_origin_refusal(points, file_points, reading):
-            raise InputError(f"{question}; and {error}") from None
-        raise
+    points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
     if file_points.question:
-        raise InputError(file_points.question)
+        raise SuspiciousProfileError(file_points.question, "tape circle")
     check_shape(
         *points.T,
         kind=file_points.kind,
@@ -458,19 +453,6 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
         problems=problems,
         gauge_side_end_mm=gauge_side_end_mm or outline_end_mm,
     )
-
-
-def _find_origin_refusal(points: Floats, file_points: ProfilePoints, reading: Reading) -> str:
-    """Find the refusal of the origin of a wheel with wrong points.
-
-    A command can answer both refusals then."""
-    if file_points.kind == "rail":
-        return ""
-    try:
-        check_origin(points - (0.0, reading.tape_circle_z_mm or 0.0), file_points.kind, reading, file_points.name)
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def measure_spacing_mm(points: Floats) -> float:

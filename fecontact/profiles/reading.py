@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import tomllib
+from dataclasses import dataclass
 
 from fecontact.inputs.kinds import choice_field, flag_field, number_field, text_field
 from fecontact.inputs.slots import input_dataclass
@@ -127,6 +129,53 @@ def suggest_option(kind: str, key: str, value: str | float) -> str:
     quoted_value = f"{value:g}" if isinstance(value, float) else {"yes": "true"}.get(value, f'"{value}"')
     plain_value = quoted_value if isinstance(value, float) else value
     return f"give --{kind}-{key.replace('_', '-')} {plain_value} ({key} = {quoted_value} in [{kind}_file])"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Suggestion:
+    """Option of a message that answers a question about a file.
+
+    Attributes
+    ----------
+    option
+        Option of the command line with its value.
+    key, value
+        Name and value in `Reading`.
+    """
+
+    option: str
+    key: str
+    value: str | float | bool
+
+
+def find_suggestions(message: str, kind: str) -> list[Suggestion]:
+    """Options that a message suggests by `suggest_option`, `suggest_mirroring` and `suggest_unmirrored`.
+
+    Parameters
+    ----------
+    message
+        Message of a refused file.
+    kind
+        `rail` or `wheel`.
+
+    Returns
+    -------
+    list of Suggestion
+        Each option once, in the order of the message.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.reading import find_suggestions, suggest_option
+    >>> find_suggestions(f"z points down; {suggest_option('wheel', 'columns', '1,-2')}", "wheel")
+    [Suggestion(option='--wheel-columns 1,-2', key='columns', value='1,-2')]
+    """
+    suggestions = []
+    for match in re.finditer(rf"give (--{kind}-[a-z-]+ \S+) \(([a-z_]+) = (.*?) in \[{kind}_file\]\)", message):
+        value = tomllib.loads(f"value = {match[3]}")["value"]
+        # the numbers of a reading are floats
+        value = float(value) if type(value) is int else value
+        suggestions.append(Suggestion(option=match[1], key=match[2], value=value))
+    return list(dict.fromkeys(suggestions))
 
 
 def suggest_unmirrored(kind: str) -> str:

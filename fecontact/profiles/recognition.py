@@ -13,6 +13,7 @@ from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text
 from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.library import find_library_name, list_reference_names, load_library_profile
+from fecontact.profiles.nominal_choice import choose_nominal, is_nominal_supported
 from fecontact.profiles.point_noise import estimate_noise_mm
 from fecontact.profiles.points import (
     LARGEST_FIELD_SIDE_DROP_MM,
@@ -153,7 +154,12 @@ def find_nearest_profiles(
         )
     largest_share = max((match.unworn for match in matches), default=0.0)
     if largest_share > _UNWORN_SHARE:
-        matches = [match for match in matches if match.unworn > largest_share - _UNWORN_SHARE_MARGIN]
+        # little wear may make a rail more similar to a drawing with a slightly different head
+        matches = [
+            match
+            for match in matches
+            if match.unworn > largest_share - _UNWORN_SHARE_MARGIN or match.farthest_mm < _UNWORN_MM
+        ]
     return sorted(matches, key=lambda match: (round(match.usual_mm, _RANKING_DIGITS), library_names.index(match.name)))
 
 
@@ -321,14 +327,16 @@ def fit_profile(file_points: ProfilePoints, reading: Reading) -> Profile:
     matches = find_nearest_profiles(
         points, file_points.kind, (find_library_name(reading.nominal, file_points.kind),) if is_named else None
     )
-    measured = _smooth_points(replace(file_points, points=points), reading, matches)
+    measured, equal_names = _smooth_points(replace(file_points, points=points), reading, matches)
     crowded = len(file_points.points) - len(points)
     remarks = [*check_mirroring(file_points, reading, matches), *_describe_omissions(file_points, measured, crowded)]
-    remarks += [_describe_smoothing(measured, reading), *_describe_choices(measured, file_points.kind)]
+    remarks += [_describe_smoothing(measured, reading), *_describe_choices(measured, file_points.kind, equal_names)]
     return build_profile(file_points, make_segments(measured), remarks, measured)
 
 
-def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch]) -> SmoothingResult:
+def _smooth_points(
+    file_points: ProfilePoints, reading: Reading, matches: Sequence[ProfileMatch]
+) -> tuple[SmoothingResult, tuple[str, ...]]:
     """Smooth points, as a deviation from a library profile if it is certain.
 
     Parameters
@@ -342,8 +350,8 @@ def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequen
 
     Returns
     -------
-    SmoothingResult
-        Smoothing with the best score.
+    measured, equal_names
+        Smoothing with the best score, and the profiles that cannot be told apart from its nominal profile.
 
     Raises
     ------
@@ -351,9 +359,9 @@ def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequen
         The points are not over the requested nominal profile.
     """
     smooth = partial(smooth_frame, filter_mm=reading.filter_mm, noise_mm=reading.noise_mm)
-    free_smoothing = smooth(frame_on_chords(file_points.points))
+    free_smoothing, _ = smooth(frame_on_chords(file_points.points))
     if reading.nominal == "none":
-        return free_smoothing[0]
+        return free_smoothing, ()
     if reading.nominal != "auto":
         requested = [_smooth_deviation(match, file_points.points, smooth) for match in matches]
         if not requested or requested[0] is None:
@@ -361,23 +369,24 @@ def _smooth_points(file_points: ProfilePoints, reading: Reading, matches: Sequen
                 f"{file_points.name}: the points deviate from {reading.nominal} by more than {_LARGEST_DISTANCE_MM:g}"
                 " mm, or extend beyond its ends; give a different nominal profile, or none"
             )
-        return requested[0][0]
-    near_matches = [match for match in matches if match.farthest_mm < _LARGEST_WEAR_MM]
+        return requested[0], ()
     smoothed_matches = [
-        (match, *smoothing)
-        for match in near_matches
-        if (smoothing := _smooth_deviation(match, file_points.points, smooth)) is not None
+        (match, smoothing)
+        for match in matches
+        if match.farthest_mm < _LARGEST_WEAR_MM
+        and (smoothing := _smooth_deviation(match, file_points.points, smooth)) is not None
     ]
     certain_candidates = [
-        (match.usual_mm, smoothing, score)
-        for match, smoothing, score in smoothed_matches
-        if match.farthest_mm < _UNWORN_MM or smoothing.filter_mm >= _median_running_filter_mm(free_smoothing[0])
+        smoothing
+        for match, smoothing in smoothed_matches
+        if match.farthest_mm < _UNWORN_MM or smoothing.filter_mm >= _median_running_filter_mm(free_smoothing)
     ]
-    candidates = [*certain_candidates, (0.0, *free_smoothing)]
-    best = min(score for *_, score in candidates)
-    # the first of several equally good smoothings
-    usual, measured = next((usual, smoothing) for usual, smoothing, score in candidates if score <= best * (1.0 + 1e-9))
-    return measured if usual < _LARGEST_TYPICAL_WEAR_MM else free_smoothing[0]
+    if not certain_candidates:
+        return free_smoothing, ()
+    chosen, equal_names = choose_nominal(certain_candidates, reading.noise_mm)
+    usual_mm = next(match.usual_mm for match in matches if match.name == chosen.nominal)
+    is_certain = usual_mm < _LARGEST_TYPICAL_WEAR_MM and is_nominal_supported(chosen, free_smoothing, reading.noise_mm)
+    return (chosen, equal_names) if is_certain else (free_smoothing, ())
 
 
 def _median_running_filter_mm(measured: SmoothingResult) -> float:
@@ -390,7 +399,7 @@ def _median_running_filter_mm(measured: SmoothingResult) -> float:
 
 def _smooth_deviation(
     match: ProfileMatch, points: Floats, smooth: Callable[[SmoothingFrame], tuple[SmoothingResult, float]]
-) -> tuple[SmoothingResult, float] | None:
+) -> SmoothingResult | None:
     """Smooth points as their deviation from a profile.
 
     Parameters
@@ -404,12 +413,12 @@ def _smooth_deviation(
 
     Returns
     -------
-    tuple of SmoothingResult and float, or None
-        Smoothing and its score; None if the points are not over the profile.
+    SmoothingResult or None
+        Smoothing; None if the points are not over the profile.
     """
     frame = frame_on_reference(load_library_profile(match.name), match.registration, points)
     try:
-        return None if frame is None else smooth(frame)
+        return None if frame is None else smooth(frame)[0]
     except np.linalg.LinAlgError:
         return None
 
@@ -432,7 +441,7 @@ def describe_turn(name: str, turn_rad: float) -> str:
     return f"{name} fits the points with a rotation of {1e3 * turn_rad:+.1f} mrad"
 
 
-def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]:
+def _describe_choices(measured: SmoothingResult, kind: ProfileKind, equal_names: Sequence[str]) -> list[str]:
     """Describe assumptions about points with a nominal profile, and the options against them.
 
     Parameters
@@ -441,6 +450,8 @@ def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]
         Smoothing.
     kind
         `rail` or `wheel`.
+    equal_names
+        Profiles that cannot be told apart from the nominal profile.
 
     Returns
     -------
@@ -450,6 +461,11 @@ def _describe_choices(measured: SmoothingResult, kind: ProfileKind) -> list[str]
     if not measured.nominal:
         return []
     remarks = []
+    if equal_names:
+        remarks.append(
+            f"the points do not tell {measured.nominal} from {' and '.join(equal_names)}: {measured.nominal} is used;"
+            f" --{kind}-nominal {equal_names[0]} uses the other profile"
+        )
     if load_library_profile(measured.nominal).junctions:
         remarks.append(
             f"at the curvature jumps of {measured.nominal} the curvature of the {kind} is assumed to jump too;"

@@ -44,6 +44,7 @@ from fecontact.profiles.reading import (
     is_short_form,
 )
 from fecontact.profiles.recognition import fit_profile
+from fecontact.profiles.remedies import read_or_explain
 from fecontact.profiles.suspicions import SuspiciousProfileError
 
 
@@ -346,8 +347,11 @@ def _read_file(spec: str, kind: ProfileKind, reading: Reading) -> Profile:
 
 @lru_cache(maxsize=16)
 def _read_once(spec: str, kind: ProfileKind, reading: Reading, content: str) -> Profile:
-    content_or_points = read_profile_content(spec, kind, reading)
-    return content_or_points if isinstance(content_or_points, Profile) else fit_profile(content_or_points, reading)
+    def read(changed: Reading) -> Profile:
+        content_or_points = read_profile_content(spec, kind, changed)
+        return content_or_points if isinstance(content_or_points, Profile) else fit_profile(content_or_points, changed)
+
+    return read_or_explain(read, reading, kind)
 
 
 def read_profile_content(spec: str, kind: ProfileKind, reading: Reading) -> Profile | ProfilePoints:
@@ -409,8 +413,11 @@ def looks_like_wheel(spec: str, reading: Reading) -> bool:
 
 @lru_cache(maxsize=16)
 def _read_given_profile(given_profile: ArrayProfile, kind: ProfileKind, reading: Reading) -> Profile:
-    source = ColumnSource(what=str(given_profile), kind=kind, reading=reading)
-    return fit_profile(parse_points(given_profile.text, Path(given_profile.file).stem, source), reading)
+    def read(changed: Reading) -> Profile:
+        source = ColumnSource(what=str(given_profile), kind=kind, reading=changed)
+        return fit_profile(parse_points(given_profile.text, Path(given_profile.file).stem, source), changed)
+
+    return read_or_explain(read, reading, kind)
 
 
 def _check_kind(stated_kind: ProfileKind, spec: str, kind: ProfileKind) -> None:

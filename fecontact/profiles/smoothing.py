@@ -334,7 +334,9 @@ def _limit_outliers(distances_mm: Floats) -> Floats:
     return np.clip(distances_mm, -largest, largest)
 
 
-def fit_deviation(frame: SmoothingFrame, filter_mm: float, noise: float | None) -> tuple[Floats, float, float]:
+def fit_deviation(
+    frame: SmoothingFrame, filter_mm: float, noise: float | None, rated: NDArray[np.bool_] | None = None
+) -> tuple[Floats, float, float]:
     """Fit the deviations with a given filter length, and rate the filter.
 
     Parameters
@@ -345,20 +347,24 @@ def fit_deviation(frame: SmoothingFrame, filter_mm: float, noise: float | None) 
         Filter length (mm).
     noise
         Standard deviation of the noise (mm); None if unknown.
+    rated
+        Points (n,) that count for the score; None for the running part.
 
     Returns
     -------
     residual, freedom, score
         Distances (n,) of the points from the smoothed profile (mm), degrees of freedom per point, and the score. The
-        score is cross-validation on the running part, or Mallows' estimate of the error if the noise is given.
+        score is cross-validation on the rated points, or Mallows' estimate of the error if the noise is given.
     """
-    s, values, running = frame.s_mm, frame.values, select_running_part(frame)
+    s, values = frame.s_mm, frame.values
+    if rated is None:
+        rated = select_running_part(frame)
     probes = _draw_probes(s.size)
     fitted = fit_smoothing_spline(s, np.column_stack((values, probes)), filter_mm, frame.relative_filter)(s)
     # the trace of the smoother (Hutchinson) is its number of degrees of freedom
-    freedom = float(np.mean((probes * fitted[:, 2:])[running]))
+    freedom = float(np.mean((probes * fitted[:, 2:])[rated]))
     residual = np.asarray(((values - fitted[:, :2]) * frame.normals).sum(axis=1))
-    mean_square = float((_limit_outliers(residual[running]) ** 2).mean())
+    mean_square = float((_limit_outliers(residual[rated]) ** 2).mean())
     if noise is None:
         return residual, freedom, mean_square / max(1.0 - _FREEDOM_COST * freedom, 1e-3) ** 2
     return residual, freedom, mean_square + 2.0 * _FREEDOM_COST * noise**2 * freedom

@@ -130,9 +130,10 @@ class ProfileVariant:
 
 # Number of profile variants with different noise.
 _VARIANT_DRAWS = 4
-# Largest difference in Akaike's criterion between a profile variant and the reference variant (Burnham and Anderson
-# 2002, section 2.6: beyond 10 a model has essentially no support).
-_NO_SUPPORT = 10.0
+NO_SUPPORT = 10.0
+"""Largest difference in Akaike's criterion between a profile that the points support and the best profile (Burnham and
+Anderson 2002, section 2.6: beyond 10 a model has essentially no support).
+"""
 # Least curvature noise with an effect on a contact (1/mm): 0.3 % of R 300 mm.
 _LEAST_CURVATURE_NOISE_PER_MM = 1e-5
 
@@ -307,7 +308,7 @@ def _is_supported(score: float, measured: SmoothingResult) -> bool:
     independent_points = min(1.0, (measured.independent_noise_mm / measured.noise_mm) ** 2) * np.count_nonzero(
         select_running_part(measured.held)
     )
-    return bool(independent_points * math.log(score / reference_score) <= _NO_SUPPORT)
+    return bool(independent_points * math.log(score / reference_score) <= NO_SUPPORT)
 
 
 def _build_variant(profile: Profile, changed: SmoothingResult) -> Profile | None:

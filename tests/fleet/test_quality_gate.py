@@ -224,6 +224,20 @@ def test_suspicious_files_stay_out_until_their_rows_settle_them(tmp_path, capsys
     assert (dict(screening.suspicious), screening.suspicious_share) == ({}, 0.0)
 
 
+def test_a_header_without_the_tape_circle_is_a_suspicion_that_its_row_settles(tmp_path):
+    """A MiniProf wheel counts X from the back of its flange; its header may not have the tape circle."""
+    points = make_points("S1002", wear_mm=0.0, noise_mm=0.0) * (1, -1) + (70, 0)
+    lines = "".join(f"{x:.6f} {y:.6f}\n" for x, y in points)
+    (tmp_path / "from_back.whl").write_text(f"MPTypeNo=131\nColumnDef=X,Y\n\n{lines}")
+    assert list_kinds(tmp_path / "from_back.whl", "wheel") == ["tape circle"]
+    for cells, status in ((",", "suspicious"), ("70,", "read"), (",no", "refused"), (",yes", "refused")):
+        path = write_gated_fleet(tmp_path, wheels=f"file,tape_circle_mm,accepted\nS1002,,\nfrom_back.whl,{cells}\n")
+        fecontact.run_fleet(path, tmp_path / "out")
+        row = read_statuses(tmp_path / "out")["from_back"]
+        assert row[0] == status, cells
+    assert "accepted = yes does not answer this" in row[3]
+
+
 def test_accepted_and_mirror_settle_a_mirrored_rail(tmp_path):
     write_points(tmp_path / "mirrored.csv", DAMAGED["mirrored"][1])
     for cells, status in (("yes,", "read"), (",no", "read"), (",yes", "read"), ("no,", "refused"), (",", "suspicious")):

@@ -26,6 +26,7 @@ from fecontact.profiles.library import is_library_name, load_library_profile
 from fecontact.profiles.plausibility import find_suspicions
 from fecontact.profiles.points import ProfilePoints, check_points
 from fecontact.profiles.reading import Reading
+from fecontact.profiles.remedies import read_or_explain
 from fecontact.profiles.resolve import read_profile_content, resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Registration, SmoothingFrame
 from fecontact.profiles.suspicions import Suspicion, SuspiciousProfileError
@@ -219,7 +220,7 @@ class ReadingProfile:
             If the memory does not suffice.
         """
         try:
-            self._read_points()
+            read_or_explain(self._read_points, self.reading, self.body)
         except MemoryShortageError:
             raise
         except InputError as error:
@@ -231,14 +232,14 @@ class ReadingProfile:
         if self.content_hash and hash_file(Path(self.spec)) != self.content_hash:
             raise OSError(errno.EAGAIN, "the file changed while it was read; run the same command again", self.spec)
 
-    def _read_points(self) -> None:
+    def _read_points(self, reading: Reading) -> None:
         """Read and check the profile without smoothing its points."""
         if is_library_name(self.spec):
-            _resolve_profile(self.body, self.spec, self.reading)
+            _resolve_profile(self.body, self.spec, reading)
             return
-        content = read_profile_content(self.spec, self.body, self.reading)
+        content = read_profile_content(self.spec, self.body, reading)
         if isinstance(content, ProfilePoints):
-            check_points(content, self.reading)
+            check_points(content, reading)
 
 
 def _make_refusal_record(error: InputError) -> dict[str, Any]:

@@ -452,12 +452,33 @@ def _choose_columns(
     if unnamed and count > 2:
         return (0, 1), (1.0, 1.0)
     number, line = first
+    if not _has_coordinates(rows):
+        raise InputError(
+            f"{source.what}, line {number}: {line[:_LETTERS_SHOWN]!r} is a line of a table of texts and numbers with"
+            f" {count_text(count, 'column')}, and not all lines have two columns of numbers at equal places: it is not"
+            " a profile; give a file with the columns y and z in mm"
+        )
     comma_text = (
         "; commas separate columns and decimals: write decimal points" if "," in line and "." not in line else ""
     )
     raise InputError(
         f"{source.what}, line {number}: {count_text(count, 'column')} instead of 2 in {line[:_LETTERS_SHOWN]!r}; "
         f"state which columns are y and z: {source.remedy('columns', _guess_columns(rows))}{comma_text}"
+    )
+
+
+def _has_coordinates(rows: list[list[str]]) -> bool:
+    """Whether lines of equal length have at least two columns of numbers alone.
+
+    A remark after the numbers of a line is no column.
+    """
+    count = len(rows[0])
+    plain_rows = [row[:count] if len(row) > count and parse_number(row[count]) is None else row for row in rows]
+    if any(len(row) != count for row in plain_rows):
+        # a single line that is too short or too long is a mistake, and is named with its number
+        return sum(len(row) != count for row in plain_rows) < 0.1 * len(plain_rows)
+    return (
+        sum(all(parse_number(field) is not None for field in column) for column in zip(*plain_rows, strict=True)) >= 2
     )
 
 
