@@ -4,6 +4,7 @@ import csv
 import io
 import math
 import re
+import tracemalloc
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -408,3 +409,13 @@ def test_random_bytes_in_a_table_are_never_more_than_a_refusal(table):
             count += 1
     # the others are refused; any other error ends the test
     assert 100 < count < 1200
+
+
+def test_a_small_table_reserves_little_memory(table):
+    """Under a limit of the memory of a process, the largest allowed size of a file must not be reserved."""
+    tracemalloc.start()
+    try:
+        table.csv("file,weight\na.csv,1\n")
+        assert tracemalloc.get_traced_memory()[1] < 1e7
+    finally:
+        tracemalloc.stop()
