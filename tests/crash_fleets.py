@@ -44,7 +44,7 @@ NOT_COMPARED = {"said.txt", "run.log", "run.lock", "stored.json"}
 
 @dataclass(frozen=True, kw_only=True)
 class Stage:
-    """A command with the folders before and after its run without a kill, and its CPU time."""
+    """A command, its CPU time, and the folders before and after it without a kill."""
 
     words: list[str]
     before: Path
@@ -109,7 +109,7 @@ def remove_effort(value: Any) -> Any:
 
 
 def read_results(folder: Path) -> dict[str, object]:
-    """Contents of all files of a folder that a repetition must give again, by their paths."""
+    """Contents of the files that a repetition must give again, by their paths."""
     contents: dict[str, object] = {}
     for path in sorted(folder.rglob("*")):
         if not path.is_file() or path.name in NOT_COMPARED:
@@ -142,7 +142,7 @@ def wait_for_end(session: int) -> list[str]:
 
 
 def kill_once(words: list[str], folder: Path, cpu_s: float, whom: str, rng: random.Random) -> tuple[str, str]:
-    """Kill a command at a CPU time; returns its end and the problem, if any.
+    """Kill a command at a CPU time; returns its end and any problem.
 
     CPU time decides, since the time on the clock depends on other programs.
     """
@@ -164,7 +164,9 @@ def kill_once(words: list[str], folder: Path, cpu_s: float, whom: str, rng: rand
 
 
 def try_kill(stage: Stage, folder: Path, seed: str) -> tuple[str, str]:
-    """Kill a command once or twice and run it again; returns the kills and the problem, if any.
+    """Kill a command and run it again; returns the kills and any problem.
+
+    A third of the commands is killed twice.
 
     The tables have the paths of the profiles in `folder`, which must be that of the runs without a kill.
     """
@@ -183,7 +185,7 @@ def try_kill(stage: Stage, folder: Path, seed: str) -> tuple[str, str]:
 
 
 def find_difference(stage: Stage, folder: Path) -> str:
-    """Run a killed command to its end; returns the difference from the run without a kill, if any."""
+    """Run a killed command to its end; returns any difference from the run without a kill."""
     again = start(stage.again, folder)
     try:
         if (second := again.wait(timeout=LONGEST_S)) not in (0, 3):
@@ -202,7 +204,7 @@ def find_difference(stage: Stage, folder: Path) -> str:
 
 
 def prepare_stages(temporary: Path, work: Path, *, with_sample: bool = False) -> dict[str, Stage]:
-    """Run each command in `work` without a kill, and copy the folder before and after it."""
+    """Run each command without a kill, and copy `work` before and after it."""
     commands = {"examples": EXAMPLES, "run": RUN, **({"sample": SAMPLE} if with_sample else {}), "report": REPORT}
     path = write_fleet(work / "trial")
     path.write_text(path.read_text("utf-8") + COARSE, "utf-8")
@@ -220,7 +222,7 @@ def prepare_stages(temporary: Path, work: Path, *, with_sample: bool = False) ->
 
 
 def crash(kills: int, seed: int, *, with_sample: bool = False) -> Iterator[tuple[str, str]]:
-    """Kill each command of a fleet in turn; yields each kill and its problem, if any."""
+    """Kill each command of a fleet in turn; yields each kill and any problem."""
     with TemporaryDirectory() as temporary:
         work = Path(temporary) / "work"
         stages = prepare_stages(Path(temporary), work, with_sample=with_sample)

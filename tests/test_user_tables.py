@@ -412,7 +412,7 @@ def test_random_bytes_in_a_table_are_never_more_than_a_refusal(table):
 
 
 def test_a_small_table_reserves_little_memory(table):
-    """Under a limit of the memory of a process, the largest allowed size of a file must not be reserved."""
+    """The largest allowed size would not fit under a limit of memory."""
     tracemalloc.start()
     try:
         table.csv("file,weight\na.csv,1\n")
