@@ -26,7 +26,7 @@ from fecontact import __version__, feature_registry
 from fecontact.commands import looking, mapping, results, solving, start
 from fecontact.console.help_pages import find_help_page
 from fecontact.console.streams import escaping_output
-from fecontact.errors import FecontactError, InputError, shorten_words
+from fecontact.errors import FecontactError, InputError, is_memory_shortage, shorten_words
 from fecontact.inputs.texts import escape_line, explain_former_name
 from fecontact.process import collect_rarely
 
@@ -229,7 +229,9 @@ def _run(words: Sequence[str]) -> int:
     except OSError as error:
         _print_error(_system_error(error))
         return InputError.exit_code
-    except MemoryError:
+    except (MemoryError, ImportError) as error:
+        if not is_memory_shortage(error):
+            raise
         _print_error("not enough memory; close other programs, use fewer --workers, or raise the limit with ulimit -v")
         return InputError.exit_code
     except KeyboardInterrupt as error:

@@ -102,6 +102,34 @@ class MemoryShortageError(InputError):
     """
 
 
+# Texts of the system for a library that does not fit into the memory.
+_MEMORY_TEXTS = ("failed to map segment", "cannot allocate memory", "out of memory", "cannot apply additional memory")
+
+
+def is_memory_shortage(error: BaseException) -> bool:
+    """Whether a lack of memory caused an error, also the error of an import.
+
+    Parameters
+    ----------
+    error
+        Error of Python or of the system.
+
+    Returns
+    -------
+    bool
+        True for `MemoryError`, `MemoryShortageError`, and an import error with a text of the system about memory.
+
+    Examples
+    --------
+    >>> from fecontact.errors import is_memory_shortage
+    >>> is_memory_shortage(ImportError("libgmsh.so: failed to map segment from shared object"))
+    True
+    """
+    if isinstance(error, ImportError):
+        return any(text in str(error).lower() for text in _MEMORY_TEXTS)
+    return isinstance(error, MemoryError | MemoryShortageError)
+
+
 class ConvergenceError(FecontactError):
     """Error for an iteration that did not reach its tolerance.
 

@@ -320,10 +320,14 @@ def finished_fleet(folder: Path) -> Path:
 
 
 def fuzz_finished(count: int, seed: int, keep: Path | None = None) -> Tally:
-    """Change a file of a finished fleet a number of times; report it, draw from it, and screen it again."""
+    """Change a file of a finished fleet a number of times; report it, and screen it again.
+
+    A report must have the answer of the unchanged fleet. A record with a new checksum may change it.
+    """
     rng, tally = random.Random(seed), Tally()
     with TemporaryDirectory() as temporary:
         original = finished_fleet(Path(temporary) / "fleet")
+        expected = report_copy(original.parent, Path(temporary) / "reported")
         for number in range(count):
             folder = Path(temporary) / str(number)
             shutil.copytree(original.parent, folder)
@@ -331,9 +335,25 @@ def fuzz_finished(count: int, seed: int, keep: Path | None = None) -> Tally:
                 what = damage_results(folder / "out", rng)
                 keep_copy = keep_in(keep, folder, f"finished_{seed}_{number}")
                 for line in finished_lines(rng):
-                    tally.add(line, what, keep_copy)
+                    ended = tally.add(line, what, keep_copy)
+                    is_report = "report" in line and ended.code == 0
+                    if is_report and not what.startswith("fleet.json") and read_answer() != expected:
+                        tally.bad.append(f"{what}; {' '.join(line)}: a different answer")
             shutil.rmtree(folder)
     return tally
+
+
+def report_copy(fleet: Path, copy: Path) -> bytes:
+    """Report a copy of a finished fleet; returns the answer."""
+    shutil.copytree(fleet, copy)
+    with contextlib.chdir(copy):
+        assert run_timed(["fleet", "report", "out"]).code == 0
+        return read_answer()
+
+
+def read_answer() -> bytes:
+    """Table of the answer of the fleet in this folder."""
+    return Path("out/answer.csv").read_bytes()
 
 
 def finished_lines(rng: random.Random) -> Iterator[list[str]]:

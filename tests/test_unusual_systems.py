@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from browser import browser, shown
-from crash_fleets import find_leftovers, list_processes, read_tables, start
+from crash_fleets import find_leftovers, list_processes, read_results, start
 from fuzz_fleets import find_problem, finished_fleet, run_timed, write_fleet
 from small_fleet import write_small_fleet
 
@@ -54,13 +54,13 @@ def test_a_worker_that_was_paused_costs_nothing(tmp_path):
     assert process.wait(timeout=LONGEST_S) == 0
     alone = ["fleet", "run", "trial/fleet.toml", "--out", "alone", "--workers", "1"]
     assert start(alone, tmp_path).wait(timeout=LONGEST_S) == 0
-    assert read_tables(tmp_path / "out") == read_tables(tmp_path / "alone")
+    assert read_results(tmp_path / "out") == read_results(tmp_path / "alone")
     assert find_leftovers(tmp_path / "out") == []
 
 
 def test_a_clock_that_goes_back_changes_nothing(tmp_path, monkeypatch):
     # the paths of the profiles are in the tables
-    expected = read_tables(finished_fleet(tmp_path / "one"))
+    expected = read_results(finished_fleet(tmp_path / "one"))
     shutil.rmtree(tmp_path / "one")
     now = [2e9]
 
@@ -70,12 +70,12 @@ def test_a_clock_that_goes_back_changes_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr(time, "time", go_back)
     out = finished_fleet(tmp_path / "one")
-    assert read_tables(out) == expected
+    assert read_results(out) == expected
     # the second run takes the pairs of the first one, although its files seem to be of the future
     monkeypatch.chdir(tmp_path / "one")
     ended = run_timed([*RUN, "--workers=1"])
     assert ended.code == 0
-    assert read_tables(out) == expected
+    assert read_results(out) == expected
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root can become another user")
@@ -156,7 +156,7 @@ def test_a_dask_worker_that_is_killed_costs_a_fleet_no_row(tmp_path):
         wait_for(lambda: list((tmp_path / "out").glob("profiles/[!.]*")), process)
         workers[0].kill()
         assert process.wait(timeout=LONGEST_S) == 0
-    assert read_tables(tmp_path / "out") == read_tables(tmp_path / "alone")
+    assert read_results(tmp_path / "out") == read_results(tmp_path / "alone")
 
 
 @pytest.mark.slow

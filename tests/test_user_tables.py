@@ -4,6 +4,7 @@ import csv
 import io
 import math
 import re
+import tracemalloc
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import date
@@ -466,3 +467,13 @@ def test_a_workbook_is_refused_with_its_remedy(tmp_path, name, start):
 
 
 EXCEL_LAYOUT = TableLayout(inputs={"file": Input(help="File", domain="text")}, required=("file",), most_rows=10)
+
+
+def test_a_small_table_reserves_little_memory(table):
+    """The largest allowed size would not fit under a limit of memory."""
+    tracemalloc.start()
+    try:
+        table.csv("file,weight\na.csv,1\n")
+        assert tracemalloc.get_traced_memory()[1] < 1e7
+    finally:
+        tracemalloc.stop()

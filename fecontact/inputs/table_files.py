@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -169,11 +170,13 @@ def guess_cells(path: Path) -> list[tuple[str, ...]]:
 def _read_bytes(path: Path, subject: str) -> bytes:
     try:
         with open_regular_file(path) as file:
-            content = file.read(_LARGEST_BYTES + 1)
+            # Reading with a limit of this many bytes would reserve that memory, even for a small file.
+            size = os.fstat(file.fileno()).st_size
+            content = file.read() if size <= _LARGEST_BYTES else b""
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise InputError(f"{subject} cannot be read ({reason}); give a CSV or Parquet file") from error
-    _check_size(len(content), subject)
+    _check_size(size, subject)
     return content
 
 

@@ -31,7 +31,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Protocol
 
-from fecontact.errors import FecontactError, InputError, MemoryShortageError
+from fecontact.errors import FecontactError, InputError, MemoryShortageError, is_memory_shortage
 from fecontact.files import write_text
 from fecontact.jobs.store import Origin, check_stored_job, describe_differences, remove_leftovers, replace_folder
 from fecontact.process import collect_rarely
@@ -207,6 +207,10 @@ def _try_job(job: Job) -> JobOutcome:
         failure = f"{error.strerror or error} ({error.filename})" if error.filename else str(error)
         return _describe_failure(job, failure, is_system_failure=True)
     except Exception as error:
+        if is_memory_shortage(error):
+            # a library that the work imports did not fit into the memory
+            failure = f"out of memory ({error})"
+            return _describe_failure(job, failure, is_short_of_memory=True, is_system_failure=True)
         # other jobs go on; `finish` raises `ProgramError` for an error that no input can cause
         file = error_file(job.folder)
         with contextlib.suppress(OSError):
@@ -451,8 +455,36 @@ class _QuietPool(ProcessPoolExecutor):
     """
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
-        with _hide_main_script(), _block_interrupt():
-            return super().submit(fn, *args, **kwargs)
+        """Hand a call to a worker; raises `WorkersLost` if a process or thread of the pool cannot be started."""
+        try:
+            with _hide_main_script(), _block_interrupt():
+                self._start_feeder()
+                return super().submit(fn, *args, **kwargs)
+        except BrokenExecutor:
+            raise
+        except (RuntimeError, OSError, MemoryError) as error:
+            pool: Any = self
+            manager = pool._executor_manager_thread
+            if manager is not None and not manager.is_alive():
+                # a thread that was not started cannot be waited for
+                pool._executor_manager_thread = None
+            reason = getattr(error, "strerror", None) or str(error) or "out of memory"
+            raise WorkersLost(
+                f"not enough memory to start a worker process ({reason}); close other programs, use fewer --workers, or"
+                " raise the limits with ulimit -v and ulimit -u"
+            ) from error
+
+    def _start_feeder(self) -> None:
+        """Start the thread that hands calls to the workers.
+
+        Python 3.11 starts it in another thread, which ends with an error without memory for a new thread. Then nobody
+        reports the calls, and the caller waits forever.
+        """
+        pool: Any = self
+        calls = pool._call_queue
+        with calls._notempty:
+            if calls._thread is None:
+                calls._start_thread()
 
 
 @contextmanager
@@ -484,7 +516,11 @@ def _initialise_worker() -> None:
     # Ctrl-C reaches all processes of a terminal; the parent decides
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     collect_rarely()
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    try:
+        threading.Thread(target=_end_with_parent, daemon=True).start()
+    except (RuntimeError, MemoryError):
+        # not enough memory for a thread: the caller reports the lost worker, and the pool would print a traceback
+        os._exit(1)
 
 
 def _end_with_parent() -> None:

@@ -3,6 +3,7 @@
 import errno
 import shutil
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -167,3 +168,46 @@ def test_the_message_of_a_missing_package_is_that_of_the_command(path, monkeypat
     run(path)
     assert call(["fleet", "report", str(path.with_name("out"))]) == 2
     assert "the package duckdb; install it: pip install 'fecontact[fleet]'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("started", [0, 1])
+def test_a_pool_without_memory_for_its_threads_ends_with_a_message(monkeypatch, started):
+    """Without the feeder thread no call reaches a worker, and the caller would wait forever."""
+    start, starts = threading.Thread.start, []
+
+    def refuse(thread):
+        starts.append(thread)
+        if len(starts) > started:
+            raise RuntimeError("can't start new thread")
+        start(thread)
+
+    def use_pool():
+        with workers._process_pool(1, 1) as pool:
+            monkeypatch.setattr(threading.Thread, "start", refuse)
+            pool.submit(abs, -1).result(timeout=60.0)
+
+    with pytest.raises(WorkersLost, match=r"not enough memory to start a worker process \(can't start new thread\)"):
+        use_pool()
+    assert len(starts) == started + 1
+
+
+@pytest.mark.parametrize("error", [OSError(errno.ENOMEM, "Cannot allocate memory"), MemoryError()])
+def test_a_worker_that_cannot_be_started_is_a_lack_of_memory(path, monkeypatch, capsys, error):
+    def refuse(self):
+        raise error
+
+    monkeypatch.setattr(workers.ProcessPoolExecutor, "_adjust_process_count", refuse)
+    assert call(["fleet", "run", str(path), "--out", str(path.with_name("out")), "--workers=1", "-q"]) == 3
+    said = capsys.readouterr().err
+    assert said.startswith("error: not enough memory to start a worker process (")
+    assert said.count("\n") == 1
+
+
+def test_a_library_that_a_job_cannot_load_for_want_of_memory_is_no_error_of_the_program(path, monkeypatch, capsys):
+    def fail(self):
+        raise ImportError("_flapack.so: failed to map segment from shared object")
+
+    monkeypatch.setattr(reading.ReadingProfile, "_read_variants", fail)
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "run", str(path), "--out", str(path.with_name("out"))]) == 3
+    assert "out of memory (_flapack.so: failed to map segment" in capsys.readouterr().err

@@ -5,10 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from fecontact.errors import InputError, MemoryShortageError
-
-# Texts of the system for a library that does not fit into the memory.
-_MEMORY_TEXTS = ("failed to map segment", "cannot allocate memory", "out of memory", "cannot apply additional memory")
+from fecontact.errors import InputError, MemoryShortageError, is_memory_shortage
 
 
 def import_arrow(module: str) -> Any:
@@ -63,7 +60,7 @@ def _import_package(name: str) -> Any:
         raise InputError(f"the package {package} cannot be loaded ({error}); install it again") from error
     except (ImportError, MemoryError) as error:
         reason = " ".join(str(error).split()) or "out of memory"
-        if any(text in reason.lower() for text in _MEMORY_TEXTS):
+        if is_memory_shortage(error):
             raise MemoryShortageError(
                 f"not enough memory to load the package {package} ({reason}); close other programs, use fewer"
                 " --workers, or raise the limit with ulimit -v"
