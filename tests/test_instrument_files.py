@@ -360,7 +360,9 @@ def test_a_file_of_sections_has_a_profile_by_its_number(write):
         rail = resolve_rail(path, Reading(section=number, filter_mm=0.0))
         assert rail.points == pytest.approx(head_points(name=name), abs=1e-6)
         assert f"profile {number:g} (scan {number:g}) of 2 in the file" in rail.notes
-    for number in (3.0, 1.5):
+    with pytest.raises(InputError, match=r"profile is 1\.5; allowed: whole numbers from 1"):
+        Reading(section=1.5)
+    for number in (3.0, 4.0):
         with pytest.raises(InputError, match=f"and {number:g} is none of them; give --rail-section 1 "):
             resolve_rail(path, Reading(section=number))
     assert resolve_rail(write("b.mpt", sections_text(head_points())), AS_IS).points == pytest.approx(

@@ -20,7 +20,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
 from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json, read_toml
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, escape_invisible
 
 TEXT_KIND = "text"
 """Kind of a column that is compared letter by letter."""
@@ -385,7 +385,11 @@ def _read_json_rows(path: Path, document: Mapping[str, Any]) -> tuple[list[str],
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"results {path}: no list of rows; {_REMEDY}")
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    return columns, [[row.get(name) for name in columns] for row in rows]
+    # a CSV has escapes in place of control characters
+    return columns, [
+        [escape_invisible(value) if isinstance(value, str) else value for value in map(row.get, columns)]
+        for row in rows
+    ]
 
 
 def _read_csv_rows(path: Path) -> tuple[list[str], list[list[str]]]:

@@ -204,10 +204,10 @@ def test_a_worker_that_cannot_be_started_is_a_lack_of_memory(path, monkeypatch, 
 
 
 def test_a_library_that_a_job_cannot_load_for_want_of_memory_is_no_error_of_the_program(path, monkeypatch, capsys):
-    def fail(self):
+    def fail(*inputs):
         raise ImportError("_flapack.so: failed to map segment from shared object")
 
-    monkeypatch.setattr(reading.ReadingProfile, "_read_variants", fail)
+    monkeypatch.setattr(reading, "find_suspicions", fail)
     with stand_ins(inline_crew(), None, ""):
         assert call(["fleet", "run", str(path), "--out", str(path.with_name("out"))]) == 3
     assert "out of memory (_flapack.so: failed to map segment" in capsys.readouterr().err

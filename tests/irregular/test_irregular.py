@@ -451,7 +451,7 @@ def test_amplitudes_that_lift_the_wheel_off_and_lost_contacts_and_edges_are_name
     high = fecontact.irregular(ELLIPTIC, wavelengths_mm=[160.0], amplitudes_mm=[0.2])
     assert any("leaves the rail over the hollows" in note for note in high["notes"])
     wheel_flat = fecontact.irregular(ELLIPTIC, irregularity="chord:length_mm=40", positions_mm=[10.0])
-    assert any("eq6 has no contact at 1 of 1 places" in note for note in wheel_flat["notes"])
+    assert any("eq6 has no contact at 1 of 1 place" in note for note in wheel_flat["notes"])
     assert any("is unbounded" in note and "haversine" in note for note in wheel_flat["notes"])
     assert wheel_flat["places"][0]["p_max_MPa"] is None
     # a cell that is too steep is one that says why, among others that are solved

@@ -539,7 +539,7 @@ def test_a_map_is_gone_through_cell_by_cell_drawn_and_told_in_a_line(base_map):
     assert list(base_map) == list(base_map.cells)
     assert (len(base_map), base_map[0]) == (3, base_map.cells[0])
     assert fecontact.to_dataframe(base_map).to_dict("records")[0]["verdict_answer"] == "HOLDS"
-    assert repr(base_map).endswith("3 shifts, 1 loads: Hertz in 3 cells 1 HOLDS, 1 FAILS, 1 failed>")
+    assert repr(base_map).endswith("3 shifts, 1 load: Hertz in 3 cells 1 HOLDS, 1 FAILS, 1 failed>")
     assert "<td>HOLDS</td>" in base_map._repr_html_()
     figure = fecontact.plot.map(base_map, measure="theory")
     assert "the cheapest theory that holds" in figure.axes[0].get_title()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise, takewhile
@@ -472,7 +473,8 @@ def _has_coordinates(rows: list[list[str]]) -> bool:
 
     A remark after the numbers of a line is no column.
     """
-    count = len(rows[0])
+    # the first line may be a number of points
+    ((count, _),) = Counter(map(len, rows)).most_common(1)
     plain_rows = [row[:count] if len(row) > count and parse_number(row[count]) is None else row for row in rows]
     if any(len(row) != count for row in plain_rows):
         # a single line that is too short or too long is a mistake, and is named with its number
