@@ -1049,7 +1049,7 @@ def test_an_update_needs_the_name_of_the_study(tmp_path, name):
     study = write_study(tmp_path / "study", [case_row()], study=name)
     if name is None:
         (study / "study.json").unlink()
-    with pytest.raises(InputError, match="name of (a|the) study"):
+    with pytest.raises(InputError, match=r"name of (a|the) study"):
         update_baseline(study, tmp_path / "b", reason="so")
     assert not (tmp_path / "b").exists()
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from fecontact.console.messages import reporting_replaced_files
+from fecontact.console.messages import announce, reporting_replaced_files
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
@@ -17,6 +17,14 @@ from fecontact.features.curves.model import BOGIES, DEFAULT_VEHICLE
 from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.terminal import print_answer
+from fecontact.packages import require_finite_elements
+
+if TYPE_CHECKING:
+    from fecontact.features.curves.solved_wheels import SolvedWheels
+    from fecontact.features.curves.visits import CurveResults
+
+WHEELS_FOLDER = "wheels"
+"""Subfolder of the results with the study of the solved wheels."""
 
 
 @Parameter(name="*")
@@ -48,8 +56,11 @@ class CurveOptions:
         Share of the distance with each radius, separated by commas; equal shares if not given.
     map
         Folder of a map of the same pair: adds the verdict and the cheapest theory that holds for each wheel.
+    solve
+        Solve the wheels of all curves by finite elements, by the last theory, and answer where Hertz holds; needs
+        --out, whose subfolder wheels/ is a study.
     workers
-        Number of processes; a process solves a theory at a time.
+        Number of processes; a process solves a theory or a wheel at a time.
     """
 
     vehicle: str = DEFAULT_VEHICLE
@@ -64,6 +75,7 @@ class CurveOptions:
     speed_km_h: Annotated[float | None, Parameter(name="--speed-km-h")] = Conditions.speed_km_h
     shares: str = ""
     map: Path | None = None
+    solve: bool = False
     workers: int = 1
 
     def read_radii(self) -> dict[float, float]:
@@ -103,11 +115,13 @@ _DEFAULT_OPTIONS = CurveOptions()
 _SECONDS_PER_CURVE, _MAX_SECONDS_PER_CURVE = {"overlap": 2.0, "kik_piotrowski": 2.0, "strip": 3.0}, 7.0
 
 
-@add_case_options("pair", "profiles", "material")
+@add_case_options("pair", "profiles", "material", "mesh", "solution", "verdict")
 def curve(
     *, options: CaseOptions, curve_options: CurveOptions = _DEFAULT_OPTIONS, json: bool = False, out: Path | None = None
 ) -> int:
-    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed (no mesh).
+    """Steady running of a wheelset or a bogie in curves: shift, yaw, forces of all wheels, critical speed.
+
+    No finite elements are used, except with --solve.
 
     Parameters
     ----------
@@ -119,10 +133,15 @@ def curve(
     from fecontact.features.curves.pictures import draw_curves, draw_visits
     from fecontact.features.curves.records import make_curve_rows, make_curves_record, make_position_rows
     from fecontact.features.curves.running import curve as run_curves
+    from fecontact.features.curves.solved_wheels import describe_solved_wheels
     from fecontact.features.curves.terminal import format_curves
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
+    if curve_options.solve and out is None:
+        raise InputError("--solve needs a folder for the solved wheels; give --out FOLDER")
+    if curve_options.solve:
+        require_finite_elements()
     radii, theories = curve_options.read_radii(), curve_options.theory.split(",")
     seconds = len(radii) * sum(_SECONDS_PER_CURVE.get(name, _MAX_SECONDS_PER_CURVE) for name in theories)
     unit = "curves" if 1 in (len(theories), curve_options.workers) else "theories"
@@ -154,5 +173,35 @@ def curve(
             draw_curves(results, out / "curve.png")
             if results.columns:
                 draw_visits(results, out / "curve_map.png")
-    print_answer(record, lambda _: format_curves(results), json=json, written=out)
-    return 0 if all(run.status == "equilibrium" for runs in results.runs.values() for run in runs) else 3
+    is_complete = all(run.status == "equilibrium" for runs in results.runs.values() for run in runs)
+    sentences: list[str] = []
+    if curve_options.solve and out is not None:
+        judged_wheels = _solve_wheels(results, out, curve_options.workers)
+        is_complete = is_complete and (judged_wheels.outcome is None or judged_wheels.outcome.all_converged)
+        sentences = describe_solved_wheels(judged_wheels)
+        record["solved_wheels"] = {
+            "theory": judged_wheels.theory,
+            "answer": sentences,
+            "shares": judged_wheels.shares(),
+        }
+    print_answer(record, lambda _: [*format_curves(results), *sentences], json=json, written=out)
+    return 0 if is_complete else 3
+
+
+def _solve_wheels(results: CurveResults, out: Path, workers: int) -> SolvedWheels:
+    """Solve the wheels by finite elements, and write their rows."""
+    from fecontact.console.log import log_command
+    from fecontact.console.run_messages import report_unusable_rows
+    from fecontact.features.curves.solved_wheels import list_wheels, make_solved_rows, solve_wheels
+    from fecontact.jobs.engine import RunSettings
+    from fecontact.outputs.tables import write_csv
+    from fecontact.runs.cost import STUDY_FILES_S, estimate_cost
+
+    with log_command(out / WHEELS_FOLDER / "run.log"):
+        if cost := estimate_cost([wheel.case for wheel in list_wheels(results)], workers, files=STUDY_FILES_S):
+            announce(*cost.words)
+        with show_job_progress("wheels") as progress:
+            judged_wheels = solve_wheels(results, out / WHEELS_FOLDER, RunSettings(workers=workers), progress)
+        report_unusable_rows(judged_wheels.rows, "wheel", "not solved")
+        write_csv(make_solved_rows(judged_wheels), out / "wheels.csv")
+    return judged_wheels
