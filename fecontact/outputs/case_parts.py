@@ -68,6 +68,7 @@ def case_parts(record: TableRecord, title: str = "", *, elements: bool = True) -
         measures,
         *lobes,
         *_theory_lines(record),
+        *_feature_answers(record),
         Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
         Details("All measures", list(_detail_parts(record, elements))),
         Details("All numbers", [numbers_table(record)]),
@@ -115,6 +116,13 @@ def _theory_lines(record: TableRecord) -> Iterator[str]:
         range_part = " (out of range)" if theory["status"] == "out of range" and name not in HERTZ_OF_EACH_SIDE else ""
         by_answer.setdefault(answer, []).append(f"{THEORIES[name].words}{range_part}")
     yield reference + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
+
+
+def _feature_answers(record: TableRecord) -> Iterator[str]:
+    """Iterate over the sentences of features on the main results."""
+    for name, telling in load_offers("TELLINGS").items():
+        if record[name] is not None:
+            yield from telling.answer(record[name])
 
 
 def _detail_parts(record: TableRecord, elements: bool) -> Iterator[Part]:

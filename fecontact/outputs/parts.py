@@ -155,8 +155,10 @@ class Telling:
         Without declarations the record has any keys, and all of its numbers and texts are columns.
     columns
         Columns of the table of verdicts, which is made of rows.
+    answer
+        Function from the record to sentences that belong to the main results of a case.
     parts
-        Function from the record to parts of a document on a case.
+        Function from the record to parts of a document on a case, its details.
     of_rows
         Function from rows to the parts that are shown below them.
     """
@@ -164,5 +166,6 @@ class Telling:
     record: Callable[[Any], Any] = to_plain
     keys: str = ""
     columns: tuple[Column, ...] = ()
+    answer: Callable[[TableRecord], Iterable[str]] = lambda record: ()
     parts: Callable[[TableRecord], Parts] = lambda record: ()
     of_rows: Callable[[Sequence[TableRecord]], Parts] = lambda rows: ()

@@ -316,6 +316,24 @@ def test_forces_are_evaluated_only_with_friction():
     assert not [name for name in load_row(load, placement_of(ROUND)) if name.startswith("creep_")]
 
 
+def test_t_gamma_is_the_force_times_the_creepage():
+    """Without spin and lateral creepage T-gamma is |Fx| xi."""
+    creep = Creep(friction=0.3, xi=1e-3, eta=0.0, spin_per_mm=0.0)
+    load, placement = judged(replace(ROUND, creep=creep)), placement_of(ROUND)
+    comparison = compare_creep_forces(load, placement)
+    for forces in comparison.theories.values():
+        if isinstance(forces.fe, str) or forces.t_gamma_deviation_percent is None:
+            continue
+        assert forces.fe.power_per_speed_N == pytest.approx(abs(forces.fe.fx_N) * 1e-3, rel=1e-9)
+        expected = 1e2 * (forces.hertz.fx_N / forces.fe.fx_N - 1.0)
+        assert forces.t_gamma_deviation_percent == pytest.approx(expected, abs=1e-9)
+        if forces.uncertainty_of_muN is not None:
+            # a force that is wrong by its uncertainty changes T-gamma by that part of mu N times xi
+            share = forces.uncertainty_of_muN * comparison.limit_N / abs(forces.fe.fx_N)
+            assert forces.t_gamma_uncertainty_percent == pytest.approx(1e2 * share, rel=1e-9)
+    assert comparison.theories["rolling_half_space"].t_gamma_deviation_percent is not None
+
+
 @pytest.mark.slow
 def test_a_load_may_be_judged_for_forces_by_another_friction_than_its_own():
     load, placement = judged(ROUND), placement_of(ROUND)

@@ -48,12 +48,18 @@ class TheoryForces:
         Force on each patch, or the reason why there is no force.
     deviation_of_muN, uncertainty_of_muN
         Size of the difference of both forces, over mu N, and its uncertainty from mesh to mesh; None without a value.
+    t_gamma_deviation_percent, t_gamma_uncertainty_percent
+        Difference of Hertz's T-gamma from that of the finite elements, and its uncertainty, in percent of the latter;
+        None for laws without a moment about the normal, and without slip. T-gamma is the power of the slip over the
+        running speed, the wear number of Pearce and Sherratt (1991), here with the part of the spin.
     """
 
     hertz: CreepForce | str
     fe: CreepForce | str
     deviation_of_muN: float | None = None
     uncertainty_of_muN: float | None = None
+    t_gamma_deviation_percent: float | None = None
+    t_gamma_uncertainty_percent: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -138,12 +144,27 @@ def _compare_theory(theory: str, hertz: CreepForce | str, fe: CreepForce | str, 
         SCREENING_THEORY if theory == DECIDING_THEORY else theory, rolling, rolling.motion(rolling.creepages)
     )
     finite_uncertainty = None if math.isnan(uncertainty) else uncertainty
+    t_gamma_deviation = t_gamma_uncertainty = None
+    if hertz.power_per_speed_N is not None and fe.power_per_speed_N:
+        t_gamma_deviation = 1e2 * (hertz.power_per_speed_N / fe.power_per_speed_N - 1.0)
+        if finite_uncertainty is not None:
+            t_gamma_uncertainty = (
+                1e2 * finite_uncertainty * rolling.limit_N * _measure_slip(rolling) / abs(fe.power_per_speed_N)
+            )
     return TheoryForces(
         hertz=hertz,
         fe=fe,
         deviation_of_muN=rolling.relative_difference(hertz, fe),
         uncertainty_of_muN=finite_uncertainty,
+        t_gamma_deviation_percent=t_gamma_deviation,
+        t_gamma_uncertainty_percent=t_gamma_uncertainty,
     )
+
+
+def _measure_slip(rolling: RollingLoad) -> float:
+    """Largest rigid slip within Hertz's ellipse (-): it bounds the change of T-gamma by a change of the force."""
+    creepages, ellipse = rolling.creepages, rolling.hertz.ellipse
+    return math.hypot(creepages.xi, creepages.eta) + abs(creepages.spin_per_mm) * max(ellipse.a_mm, ellipse.b_mm)
 
 
 def _estimate_surface_effect(rolling: RollingLoad) -> float:

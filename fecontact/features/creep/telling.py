@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, fields, replace
 from importlib.resources import files
 
 from fecontact.contact_theories.rolling.creepage import CreepForce
 from fecontact.features.creep.creep_comparison import CreepComparison
+from fecontact.features.creep.force_verdict import DECIDING_THEORY
 from fecontact.features.creep.judged_force import FORCE_MEASURE
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.parts import Telling
@@ -23,13 +24,14 @@ def _make_creep_record(comparison: CreepComparison) -> Record:
     the friction coefficient times the normal force; forces are in N.
     """
     judgement, deviation_names = comparison.verdict, "deviation_of_muN uncertainty_of_muN"
+    t_gamma_names = "t_gamma_deviation_percent t_gamma_uncertainty_percent"
     return {
         **select_attributes(comparison, "friction limit_N creepages centre_creepages curved surface_of_muN"),
         "theories": {
             theory: {
                 "hertz": make_force_record(forces.hertz),
                 "fe": make_force_record(forces.fe),
-                **select_attributes(forces, deviation_names),
+                **select_attributes(forces, f"{deviation_names} {t_gamma_names}"),
             }
             for theory, forces in comparison.theories.items()
         },
@@ -83,7 +85,7 @@ _FORCE_COLUMNS = (
         "|F|\n% of mu N", lambda force: math.hypot(force["fx_N"], force["fy_N"]) / force["limit_N"], "{:.1f}", 1e2
     ),
     _make_force_column("adhesion\nmm²", "adhesion_area_mm2", "{:.1f}"),
-    _make_force_column("power/speed\nN", "power_per_speed_N", "{:.2f}"),
+    _make_force_column("T-gamma\nN", "power_per_speed_N", "{:.2f}"),
 )
 
 
@@ -109,8 +111,44 @@ def report_force_verdicts(rows: Sequence[TableRecord]) -> OutputLines:
             yield f"{row['id']}: {_format_force_verdict(row['creep_verdict_answer'], deviation, uncertainty, cause)}"
 
 
+def answer_creep_forces(record: TableRecord) -> Iterator[str]:
+    """Yield the verdict on Hertz for creep forces, and the forces.
+
+    Parameters
+    ----------
+    record
+        Record of creep forces in a result.
+
+    Yields
+    ------
+    str
+        Sentences: the verdict; creepages and forces on the patch of the finite elements, with T-gamma and the deviation
+        of Hertz's T-gamma.
+    """
+    verdict = record["verdict"]
+    deviation_percent, uncertainty_percent = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
+    condition = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_format_creepages(record['decided'][0])}"
+    yield _format_force_verdict(verdict["answer"], deviation_percent, uncertainty_percent, verdict["cause"], condition)
+    law = record["theories"][DECIDING_THEORY]
+    title = f"creep forces at {_format_creepages(record['creepages'])}"
+    if law["fe"]["problem"] is not None:
+        yield f"{title}: {law['fe']['problem']}"
+        return
+    forces = f"Fx {1e-3 * law['fe']['fx_N']:+.3f} kN, Fy {1e-3 * law['fe']['fy_N']:+.3f} kN"
+    t_gamma = law["fe"]["power_per_speed_N"]
+    yield f"{title}: {forces}" + ("" if t_gamma is None else f", T-gamma {t_gamma:.2f} N{_format_t_gamma_error(law)}")
+
+
+def _format_t_gamma_error(law: TableRecord) -> str:
+    """Deviation of Hertz's T-gamma with its uncertainty; empty without a deviation."""
+    deviation, uncertainty = law["t_gamma_deviation_percent"], law["t_gamma_uncertainty_percent"]
+    if deviation is None:
+        return ""
+    return f" (Hertz {deviation:+.1f} %{'' if uncertainty is None else f' ± {uncertainty:.1f} %'})"
+
+
 def report_creep_forces(record: TableRecord) -> OutputLines:
-    """Yield the table of forces of a result record, deviations, verdict and warnings.
+    """Yield the table of forces of a result record, deviations and warnings.
 
     Parameters
     ----------
@@ -122,7 +160,7 @@ def report_creep_forces(record: TableRecord) -> OutputLines:
     iterator
         A table and lines.
     """
-    verdict, theories = record["verdict"], record["theories"]
+    theories = record["theories"]
     forces_by_body = {
         f"{theory}, {body}": forces[side] for theory, forces in theories.items() for side, body in _SIDES.items()
     }
@@ -131,9 +169,9 @@ def report_creep_forces(record: TableRecord) -> OutputLines:
     deviations = {name: forces["deviation_of_muN"] for name, forces in theories.items()}
     deviations_text = ", ".join(f"{name} {1e2 * value:.1f}" for name, value in deviations.items() if value is not None)
     yield f"deviation of Hertz's creep force, % of mu N: {deviations_text}"
-    deviation_percent, uncertainty_percent = 1e2 * verdict["deviation_of_muN"], 1e2 * verdict["uncertainty_of_muN"]
-    condition = f" (limit {1e2 * verdict['limit_of_muN']:g} %), at {_format_creepages(record['decided'][0])}"
-    yield _format_force_verdict(verdict["answer"], deviation_percent, uncertainty_percent, verdict["cause"], condition)
+    t_gammas = {name: _format_t_gamma_error(forces) for name, forces in theories.items()}
+    t_gamma_text = ", ".join(f"{name}{text}" for name, text in t_gammas.items() if text)
+    yield from [f"deviation of Hertz's T-gamma (wear number): {t_gamma_text}"] if t_gamma_text else []
     yield from (f"warning: {warning}" for warning in record["warnings"])
 
 
@@ -199,6 +237,7 @@ CREEP = Telling(
         text_column("creep forces", lambda row: row.get("creep_verdict_answer") or "failed", "answer"),
         text_column("force deviation, % of mu N", _format_force_deviation, "number"),
     ),
+    answer=answer_creep_forces,
     parts=report_creep_forces,
     of_rows=report_force_verdicts,
 )
