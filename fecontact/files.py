@@ -11,7 +11,7 @@ import os
 import re
 import secrets
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from io import BufferedReader
 from pathlib import Path, PureWindowsPath
 from typing import Any, TypeGuard
@@ -79,17 +79,71 @@ def write_atomically(path: str | Path, writer: Callable[[Path], object]) -> Path
     return path
 
 
-def remove_unfinished(folder: Path) -> None:
+def remove_unfinished(folder: Path, names: Collection[str] | None = None) -> None:
     """Remove temporary files that a killed `write_atomically` left in a folder.
 
     Parameters
     ----------
     folder
         Folder to search, without its subfolders.
+    names
+        Names of the files whose temporary files are removed; None for all files.
     """
     for path in folder.iterdir():
-        if re.fullmatch(r"\..+\.[0-9a-f]{12}(\.[^.]+)?", path.name) and path.is_file():
+        match = re.fullmatch(r"\.(.+)\.[0-9a-f]{12}(\.[^.]+)?", path.name)
+        if match and (names is None or match[1] + (match[2] or "") in names) and path.is_file():
             path.unlink(missing_ok=True)
+
+
+def find_different_files(contents: Iterable[tuple[Path, str]]) -> list[Path]:
+    """Existing objects that differ from the files that will be written at their paths.
+
+    A file with the same content is not overwritten if it is written again, so that an interrupted command can resume.
+
+    Parameters
+    ----------
+    contents
+        Path and text of each file.
+
+    Returns
+    -------
+    list of Path
+        Files with different content, and links, folders, pipes and devices.
+    """
+    return [path for path, text in contents if os.path.lexists(path) and not _has_content(path, text.encode("utf-8"))]
+
+
+def _has_content(path: Path, content: bytes) -> bool:
+    """Whether a path is a regular file, and not a link, with this content."""
+    if path.is_symlink() or not path.is_file() or path.stat().st_size != len(content):
+        return False
+    return path.read_bytes() == content
+
+
+def require_ending(path: str | Path, endings: Sequence[str], kind: str) -> None:
+    """Refuse the name of an output file whose ending is not that of a format that is written.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    endings
+        Allowed endings in lower case, each with its point. Capitals are allowed too.
+    kind
+        Kind of the file in the message, for example `table`.
+
+    Raises
+    ------
+    InputError
+        The message has the allowed endings, and a valid name.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in endings:
+        example = path.with_suffix(endings[0]).name if path.name else f"{kind}{endings[0]}"
+        raise InputError(
+            f"{kind} {path}: the ending is {path.suffix or '(none)'}; allowed: {', '.join(endings)}; give a name such"
+            f" as {example}"
+        )
 
 
 def write_text(path: str | Path, text: str) -> Path:

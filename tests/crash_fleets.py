@@ -30,6 +30,7 @@ from fuzz_fleets import TABLES, write_fleet, write_rows
 
 ROOT = Path(__file__).parents[1]
 LONGEST_S = 240.0
+TOO_LATE = "ended before the kill"
 WHOM = ("main", "worker", "all")
 COARSE = 'resolution = "quick"\nrefine = "never"\n'
 RUN = ["fleet", "run", "trial/fleet.toml", "--out", "out", "--workers", "2"]
@@ -50,11 +51,6 @@ class Stage:
     before: Path
     after: Path
     cpu_s: float
-
-    @property
-    def again(self) -> list[str]:
-        """Command that resumes: files of an example are overwritten only on demand."""
-        return [*self.words, "--force"] if "examples" in self.words else self.words
 
 
 def start(words: list[str], folder: Path) -> subprocess.Popen[bytes]:
@@ -150,7 +146,7 @@ def kill_once(words: list[str], folder: Path, cpu_s: float, whom: str, rng: rand
     while process.poll() is None and measure_cpu_s(process.pid) < cpu_s:
         time.sleep(0.05)
     if process.poll() is not None:
-        return "ended before the kill", ""
+        return TOO_LATE, ""
     kill(process, whom, rng)
     try:
         code = process.wait(timeout=LONGEST_S)
@@ -163,30 +159,30 @@ def kill_once(words: list[str], folder: Path, cpu_s: float, whom: str, rng: rand
     return f"exit code {code}", ""
 
 
-def try_kill(stage: Stage, folder: Path, seed: str) -> tuple[str, str]:
-    """Kill a command and run it again; returns the kills and any problem.
+def try_kill(stage: Stage, folder: Path, seed: str) -> tuple[str, str, bool]:
+    """Kill a command and run it again; returns the kills, any problem, and whether a kill came before the end.
 
     A third of the commands is killed twice.
 
     The tables have the paths of the profiles in `folder`, which must be that of the runs without a kill.
     """
-    rng, ends, words = random.Random(seed), [], stage.words
+    rng, ends, killed = random.Random(seed), [], False
     shutil.rmtree(folder)
     shutil.copytree(stage.before, folder)
     for _ in range(rng.choice((1, 1, 2))):
         # half of the kills hit the end, where the tables are written
         share, whom = rng.uniform(*rng.choice(((0.05, 1.0), (0.8, 1.0)))), rng.choice(WHOM)
-        end, problem = kill_once(words, folder, share * stage.cpu_s, whom, rng)
+        end, problem = kill_once(stage.words, folder, share * stage.cpu_s, whom, rng)
         ends.append(f"{whom} killed after {share * stage.cpu_s:.1f} of {stage.cpu_s:.1f} CPU s, {end}")
-        words = stage.again
+        killed |= end != TOO_LATE
         if problem:
-            return f"seed {seed}: {'; '.join(ends)}", problem
-    return f"seed {seed}: {'; '.join(ends)}", find_difference(stage, folder)
+            return f"seed {seed}: {'; '.join(ends)}", problem, killed
+    return f"seed {seed}: {'; '.join(ends)}", find_difference(stage, folder), killed
 
 
 def find_difference(stage: Stage, folder: Path) -> str:
     """Run a killed command to its end; returns any difference from the run without a kill."""
-    again = start(stage.again, folder)
+    again = start(stage.words, folder)
     try:
         if (second := again.wait(timeout=LONGEST_S)) not in (0, 3):
             return f"exit code {second} of the last run: {(folder / 'said.txt').read_text()[-300:]!r}"
@@ -221,15 +217,15 @@ def prepare_stages(temporary: Path, work: Path, *, with_sample: bool = False) ->
     return stages
 
 
-def crash(kills: int, seed: int, *, with_sample: bool = False) -> Iterator[tuple[str, str]]:
-    """Kill each command of a fleet in turn; yields each kill and any problem."""
+def crash(kills: int, seed: int, *, with_sample: bool = False) -> Iterator[tuple[str, str, bool]]:
+    """Kill each command of a fleet in turn; yields each kill, any problem, and whether it came before the end."""
     with TemporaryDirectory() as temporary:
         work = Path(temporary) / "work"
         stages = prepare_stages(Path(temporary), work, with_sample=with_sample)
         for number in range(kills):
             name = list(stages)[number % len(stages)]
-            what, problem = try_kill(stages[name], work, f"{seed}.{number}")
-            yield f"fleet {name}, {what}", problem
+            what, problem, killed = try_kill(stages[name], work, f"{seed}.{number}")
+            yield f"fleet {name}, {what}", problem, killed
 
 
 def main() -> int:
@@ -239,11 +235,12 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--sample", action="store_true", help="also the sample by finite elements")
     options = parser.parse_args()
-    bad_count = 0
-    for what, problem in crash(options.kills, options.seed, with_sample=options.sample):
+    bad_count = killed_count = 0
+    for what, problem, killed in crash(options.kills, options.seed, with_sample=options.sample):
         print(f"{what}{': ' * bool(problem)}{problem}", flush=True)
         bad_count += bool(problem)
-    print(f"kills: {options.kills} tried, {bad_count} bad")
+        killed_count += killed
+    print(f"kills: {options.kills} tried, {killed_count} before the end, {bad_count} bad")
     return int(bool(bad_count))
 
 

@@ -14,7 +14,7 @@ from inline import inline_crew, study_by
 from pictures import draw_nothing
 
 from fecontact.case import Case, Criteria, make_case_record, read_case_record
-from fecontact.cli import _system_error, call
+from fecontact.cli import _system_error, app, call
 from fecontact.criteria import Creep
 from fecontact.errors import InputError, ProgramError
 from fecontact.files import format_json
@@ -23,6 +23,45 @@ from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.identity import make_case_id
 
 STUDIES = Path(__file__).parents[1] / "studies"
+
+
+# Command lines that write a file, and the allowed endings of this file.
+WRITTEN_FILES = {
+    "place --out": ".png, .svg",
+    "geometry --shifts 0 --out": ".png, .svg, .csv",
+    "table --shifts 0 --loads-kn 50 --out": ".csv",
+    "profiles 60E1 --out": ".png, .svg",
+    "profiles 60E1 --write": ".csv",
+    "mesh rail --out": ".msh, .inp, .vtu",
+    "validate study.py --out out --report": ".md",
+}
+
+
+@pytest.mark.parametrize("ending", ["", ".parquet", ".json", ".csv.gz", ".png~", ".stl"])
+@pytest.mark.parametrize("line", WRITTEN_FILES)
+def test_an_output_file_of_another_format_is_refused_before_the_computation(
+    line, ending, capsys, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    assert call([*line.split(), f"x{ending}"]) == 2
+    out, err = capsys.readouterr()
+    shown = f".{ending.split('.')[-1]}" if ending else "(none)"
+    assert out == ""
+    assert err.startswith("error: ")
+    assert f" x{ending}: the ending is {shown}; allowed: {WRITTEN_FILES[line]}; give a name such as x." in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_endings_of_all_options_that_write_a_file_are_checked():
+    options = set()
+    for name, command in ((name, app[name]) for name in app):
+        if not name.startswith("-") and command.default_command is not None:
+            for argument in command.assemble_argument_collection(parse_docstring=True):
+                if (argument.parameter.help or "").startswith(("File ", "Markdown file")) and argument.names[0][
+                    0
+                ] == "-":
+                    options.add(f"{name} {argument.names[0]}")
+    assert options == {f"{line.split()[0]} {line.split()[-1]}" for line in WRITTEN_FILES}
 
 
 @pytest.mark.parametrize(
@@ -55,7 +94,7 @@ STUDIES = Path(__file__).parents[1] / "studies"
         (["run", __file__, "--out", "x"], "cases"),
         (["profiles", "nothing"], "nothing"),
         (["hertz", "--rail-noise-mm", "x" * 3000], "xxx...'; allowed: a number"),
-        (["geometry", "--shifts", "0", "--out", "picture"], "picture: the name must end in .png or .svg"),
+        (["geometry", "--shifts", "0", "--out", "picture"], "the ending is (none); allowed: .png, .svg, .csv; give a"),
         (["init", "\0"], "NUL character"),
         (["unknown"], "unknown"),
         (["table"], "--shifts is missing; see fecontact table --help"),

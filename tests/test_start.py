@@ -72,9 +72,14 @@ def test_a_folder_to_begin_with_can_be_run_as_it_is(tmp_path, capsys):
     # no default is a live value, which a new default would not reach
     assert all(case.criteria == Criteria() for case in load_study(folder / "cases.toml").cases)
     assert "\n[criteria]" not in text
+    # unchanged files are not overwritten: the same command resumes an interrupted one
+    (folder / "study.py").unlink()
+    assert call(["init", str(folder)]) == 0
+    (folder / "study.py").write_text("mine")
     capsys.readouterr()
     assert call(["init", str(folder)]) == 2
-    assert "init would overwrite" in capsys.readouterr().err
+    assert f"init would overwrite {folder / 'study.py'}; give" in capsys.readouterr().err
+    assert (folder / "study.py").read_text() == "mine"
 
 
 def test_checking_a_study_says_how_many_cases_and_what_varies(tmp_path, capsys):

@@ -50,10 +50,14 @@ def place(*, options: CaseOptions, out: Path | None = None, json: bool = False) 
     json
         Print the result as JSON and nothing else.
     """
+    from fecontact.files import require_ending
     from fecontact.outputs.figures.position import draw_preview
     from fecontact.outputs.preview import preview_lines, preview_record
+    from fecontact.outputs.style import PICTURE_ENDINGS
     from fecontact.solving.preview import preview_case
 
+    if out is not None:
+        require_ending(out, PICTURE_ENDINGS, "picture")
     case = options.case()
     print_notes(describe_unusual_inputs([case]))
     case_preview = preview_case(case)
@@ -90,14 +94,18 @@ def geometry(
         File for the picture (.png or .svg; both are written) or for the table (.csv), which has a row per shift with
         the contact points of both wheels.
     """
+    from fecontact.files import require_ending
     from fecontact.outputs.geometry import contact_functions_lines, contact_functions_record, contact_functions_rows
-    from fecontact.outputs.tables import write_csv
+    from fecontact.outputs.style import PICTURE_ENDINGS
+    from fecontact.outputs.tables import TABLE_ENDINGS, write_csv
     from fecontact.solving.wheelset_geometry import geometry as wheelset_geometry
 
+    if out is not None:
+        require_ending(out, (*PICTURE_ENDINGS, *TABLE_ENDINGS), "picture or table")
     case = options.case()
     contact_functions = wheelset_geometry(case, parse_numbers(shifts, "shifts"))
     record = contact_functions_record(case, contact_functions)
-    as_table = out is not None and out.suffix.lower() == ".csv"
+    as_table = out is not None and out.suffix.lower() in TABLE_ENDINGS
     with reporting_replaced_files(out):
         if out is not None and as_table:
             write_csv(contact_functions_rows(record), out)
@@ -193,16 +201,19 @@ def table(
     Parameters
     ----------
     out
-        File for the table as CSV, with units in the names of its columns.
+        File for the table (.csv), with units in the names of its columns.
     map_
         Folder of a map of the same contact; its verdicts are added to rows with equal shift and load.
     json
         Print the table as JSON and nothing else.
     """
+    from fecontact.files import require_ending
     from fecontact.outputs.alone import contact_table_lines
-    from fecontact.outputs.tables import write_csv
+    from fecontact.outputs.tables import TABLE_ENDINGS, write_csv
     from fecontact.runs.alone import table as made_table
 
+    if out is not None:
+        require_ending(out, TABLE_ENDINGS, "table")
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
     print_notes(describe_unusual_inputs([replace(case, load_N=load_N) for load_N in loads_N]))
     print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
@@ -243,7 +254,7 @@ def profiles(
     out
         File for a picture (.png or .svg; both are written).
     write
-        CSV file into which the profile is written, in columns.
+        File into which the profile is written, in columns (.csv).
     library
         Folder of your profiles.
     examples
@@ -251,8 +262,10 @@ def profiles(
     json
         Print the list, or the profile, as JSON and nothing else.
     """
-    from fecontact.files import write_text
+    from fecontact.files import require_ending, write_text
     from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines, profile_record
+    from fecontact.outputs.style import PICTURE_ENDINGS
+    from fecontact.outputs.tables import TABLE_ENDINGS
     from fecontact.profiles.library import find_in_folder, refuse_unknown_profile
     from fecontact.profiles.recognition import find_nearest_profiles
     from fecontact.profiles.resolve import (
@@ -263,10 +276,12 @@ def profiles(
         resolve_rail,
         resolve_wheel,
     )
-    from fecontact.profiles.writers import csv_text, refuse_other_endings
+    from fecontact.profiles.writers import csv_text
 
     if write is not None:
-        refuse_other_endings(write)
+        require_ending(write, TABLE_ENDINGS, "profile")
+    if out is not None:
+        require_ending(out, PICTURE_ENDINGS, "picture")
     if examples is not None:
         from fecontact.profiles.examples import write_examples
 
@@ -328,9 +343,11 @@ def mesh(
     element
         Element type in .inp: C3D8, as in `solve`, or C3D8I with incompatible modes.
     """
-    from fecontact.outputs.mesh_files import write_mesh
+    from fecontact.files import require_ending
+    from fecontact.outputs.mesh_files import MESH_ENDINGS, write_mesh
     from fecontact.solving.case_meshes import MeshedPair, mesh_case, mesh_pair
 
+    require_ending(out, MESH_ENDINGS, "mesh")
     case = options.case()
     print_notes(describe_unusual_inputs([case]))
     meshed = mesh_pair(case) if body == "both" else mesh_case(case, body)

@@ -222,13 +222,14 @@ def validate(
     out
         Folder for the results, with a folder per study; finished cases are reused.
     report
-        Markdown file with a line per study; by default VALIDATION.md in the folder of the results. Lines of other
+        Markdown file (.md) with a line per study; by default VALIDATION.md in the folder of the results. Lines of other
         studies in this file are kept. Its links lead to pages in the folder validation next to it.
     quick
         Solve the small version of each study.
     workers
         Number of cases at a time, as for `run`.
     """
+    from fecontact.files import require_ending
     from fecontact.runs.validation import load_checked_studies
     from fecontact.runs.validation import validate as run_and_check
 
@@ -238,6 +239,8 @@ def validate(
         with show_job_progress("cases") as progress:
             yield progress
 
+    if report is not None:
+        require_ending(report, (".md",), "report")
     require_finite_elements()
     selected_studies = load_checked_studies(studies or sorted(Path("studies").glob("[0-9]*.py")), quick=quick)
     result = run_and_check(selected_studies, out, table=report, workers=workers, watched=open_progress)

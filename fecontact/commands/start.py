@@ -70,7 +70,7 @@ def init(folder: Path) -> int:
     Parameters
     ----------
     folder
-        Folder for both files; refused if one of them exists.
+        Folder for both files; refused if one of them exists with different content.
     """
     from fecontact.runs.study_templates import write_templates
 

@@ -12,7 +12,7 @@ import numpy as np
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import InputError
 from fecontact.fe.body_mesh import BodyMesh
-from fecontact.files import write_atomically
+from fecontact.files import require_ending, write_atomically
 from fecontact.outputs.decks import ELEMENT_TYPES, ElementType, write_body, write_deck
 from fecontact.solving.case_meshes import MeshedPair
 
@@ -52,12 +52,8 @@ def write_mesh(mesh: BodyMesh | MeshedPair, path: str | Path, *, element: Elemen
         If the ending or the type of the elements is not allowed.
     """
     path = Path(path)
-    writer = _WRITERS.get(path.suffix.lower())
-    if writer is None:
-        raise InputError(
-            f"mesh file {path}: the ending is {path.suffix or '(none)'}; allowed: .msh (gmsh), .inp (CalculiX, Abaqus),"
-            " .vtu (ParaView)"
-        )
+    require_ending(path, MESH_ENDINGS, "mesh")
+    writer = _WRITERS[path.suffix.lower()]
     if element not in ELEMENT_TYPES:
         raise InputError(f"element {element!r}; allowed: {', '.join(ELEMENT_TYPES)}")
     return write_atomically(path, lambda temporary: writer(mesh, temporary, element))
@@ -196,3 +192,5 @@ _WRITERS: dict[str, Callable[[BodyMesh | MeshedPair, Path, ElementType], None]] 
     ".inp": _write_inp,
     ".vtu": _write_vtu,
 }
+MESH_ENDINGS = tuple(_WRITERS)
+"""Endings of mesh files."""

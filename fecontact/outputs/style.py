@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from fecontact.errors import InputError
-from fecontact.files import write_atomically
+from fecontact.files import require_ending, write_atomically
 from fecontact.inputs.texts import escape_invisible
 from fecontact.outputs.parts import Parts, Picture
 
@@ -36,6 +35,8 @@ if TYPE_CHECKING:
 
 
 DPI = 130
+PICTURE_ENDINGS = (".png", ".svg")
+"""Endings of a picture; both files are written."""
 # Compression level of PNG, of at most 9. A higher level takes up to five times as long and saves only a few per cent.
 _PNG_COMPRESSION = 4
 # A logarithmic axis has numbers between the decades if the ratio of its end to its beginning is below this.
@@ -171,11 +172,8 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         If the path has another ending.
     """
     path = Path(path)
-    if path.suffix.lower() not in (".png", ".svg"):
-        raise InputError(f"picture {path}: the name must end in .png or .svg; both files are written")
-    as_png, as_svg = (
-        path if path.suffix.lower() == suffix else path.with_suffix(suffix) for suffix in (".png", ".svg")
-    )
+    require_ending(path, PICTURE_ENDINGS, "picture")
+    as_png, as_svg = (path if path.suffix.lower() == suffix else path.with_suffix(suffix) for suffix in PICTURE_ENDINGS)
     svg = render_svg(figure)
     write_atomically(as_svg, lambda temporary: temporary.write_bytes(svg))
     save_image(figure, as_png)

@@ -10,12 +10,14 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from fecontact.files import FORMULA_PREFIXES, write_text
+from fecontact.files import FORMULA_PREFIXES, require_ending, write_text
 from fecontact.inputs.texts import escape_invisible
 from fecontact.profiles.curve import format_radius
 
 Tone: TypeAlias = Literal["plain", "fails", "open", "dim"]
 """Emphasis of a row: no emphasis, failing or unusable, open, or dimmed because the row does not decide."""
+TABLE_ENDINGS = (".csv",)
+"""Endings of tables for other programs."""
 TableRecord: TypeAlias = Mapping[str, Any]
 """Content of a line of a table: a record of results, or a row."""
 ColumnKind: TypeAlias = Literal["number", "text", "answer"]
@@ -308,7 +310,13 @@ def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     -------
     Path
         The written file.
+
+    Raises
+    ------
+    InputError
+        If the path has another ending than .csv.
     """
+    require_ending(path, TABLE_ENDINGS, "table")
     rows = list(rows)
     columns = list(dict.fromkeys(key for row in rows for key in row))
     buffer = io.StringIO()

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.segments import Spline
 
@@ -62,23 +59,3 @@ def csv_text(profile: Profile, *, step_mm: float = STEP_MM) -> str:
     """
     rows = "".join(f"{y:.12f},{z:.12f}\n" for y, z in sample_points(profile, step_mm))
     return f"# {profile.kind} {profile.name}: y to the field side, z up\ny [mm],z [mm]\n{rows}"
-
-
-def refuse_other_endings(path: Path) -> None:
-    """Refuse a file name that does not end in .csv.
-
-    Parameters
-    ----------
-    path
-        Path of the file.
-
-    Raises
-    ------
-    InputError
-        The message has a valid name.
-    """
-    if path.suffix.lower() != ".csv":
-        raise InputError(
-            f"profiles are written as .csv, not as {path.suffix or 'a file without ending'!r}; give a name such as"
-            f" {path.stem or 'mine'}.csv"
-        )

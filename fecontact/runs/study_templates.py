@@ -7,7 +7,7 @@ from pathlib import Path
 
 from fecontact.case import INPUTS
 from fecontact.errors import InputError
-from fecontact.files import write_text
+from fecontact.files import find_different_files, write_text
 from fecontact.inputs.templates import fill_python_template, fill_toml_template
 
 # Template of each file, and the function that fills it with the defaults of a case.
@@ -33,13 +33,13 @@ def write_templates(folder: Path) -> tuple[Path, ...]:
     Raises
     ------
     InputError
-        If a file exists already; then nothing is written.
+        If a file with different content exists already; then nothing is written.
     """
-    existing_files = [str(folder / name) for name in _TEMPLATES if (folder / name).exists()]
-    if existing_files:
-        raise InputError(f"init would overwrite {', '.join(existing_files)}; give another folder")
     templates = files("fecontact.runs") / "templates"
-    return tuple(
-        write_text(folder / name, fill_template((templates / file).read_text("utf-8"), INPUTS))
+    contents = {
+        folder / name: fill_template((templates / file).read_text("utf-8"), INPUTS)
         for name, (file, fill_template) in _TEMPLATES.items()
-    )
+    }
+    if different_files := find_different_files(contents.items()):
+        raise InputError(f"init would overwrite {', '.join(map(str, different_files))}; give another folder")
+    return tuple(write_text(path, text) for path, text in contents.items())

@@ -9,6 +9,7 @@ from test_templates import replace_default
 from fecontact.cli import call
 from fecontact.features.fleet.command import examples
 from fecontact.features.fleet.examples import write_fleet
+from fecontact.files import write_text
 
 EXPECTED = """\
 # Example of a fleet: worn copies of library profiles with noise.
@@ -73,5 +74,47 @@ def test_an_example_overwrites_files_by_force_alone(tmp_path, capsys, name):
     assert call([*line, "--force"]) == 0
     assert mine.read_text("utf-8") != "keep"
     assert notes.read_text("utf-8") == "keep"
-    assert call(line) == 2
-    assert "fleet.toml and 2 further files; give another folder, or --force" in capsys.readouterr().err
+    # of another seed, all files differ
+    assert call([*line, "--seed", "2"]) == 2
+    assert "rail00000.csv, " in (error := capsys.readouterr().err)
+    assert "and 2 further files; give another folder, or --force" in error
+
+
+def read_files(folder):
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+@pytest.mark.parametrize("finished", range(7))
+def test_an_interrupted_example_resumes_with_the_same_command(tmp_path, monkeypatch, finished):
+    write_fleet(tmp_path / "whole", wheels=2, rails=2)
+    folder, written = tmp_path / "trial", []
+
+    def write_some(path, text):
+        if len(written) == finished:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            # a kill leaves the temporary file
+            path.with_name(f".{path.stem}.0123456789ab{path.suffix}").write_text(text[:100])
+            raise KeyboardInterrupt
+        written.append(path)
+        return write_text(path, text)
+
+    monkeypatch.setattr("fecontact.features.fleet.examples.write_text", write_some)
+    with pytest.raises(KeyboardInterrupt):
+        write_fleet(folder, wheels=2, rails=2)
+    monkeypatch.undo()
+    other = folder / ".plan.0123456789ab.csv"
+    other.write_text("of another program")
+    assert call(["fleet", "examples", str(folder), "--wheels", "2", "--rails", "2"]) == 0
+    assert other.read_text() == "of another program"
+    other.unlink()
+    assert read_files(folder) == read_files(tmp_path / "whole")
+
+
+def test_a_link_to_an_equal_file_is_not_overwritten(tmp_path, capsys):
+    write_fleet(tmp_path / "whole", wheels=1, rails=1)
+    link = tmp_path / "trial" / "fleet.toml"
+    link.parent.mkdir()
+    link.symlink_to(tmp_path / "whole" / "fleet.toml")
+    assert call(["fleet", "examples", str(tmp_path / "trial"), "--wheels", "1", "--rails", "1"]) == 2
+    assert f"would overwrite {link}; give another folder, or --force" in capsys.readouterr().err
+    assert link.is_symlink()

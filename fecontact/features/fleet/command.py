@@ -148,6 +148,8 @@ def announce_cost(file: Path, how: RunOptions, *, say=announce) -> FleetCost:  #
 def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1, force: bool = False) -> int:
     """Write an example of a fleet: worn copies of library profiles with noise.
 
+    The same command resumes an interrupted one.
+
     Parameters
     ----------
     folder
@@ -157,7 +159,7 @@ def examples(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 1, 
     seed
         Seed of wear and noise; equal seeds give equal files.
     force
-        Overwrite existing files of an example.
+        Overwrite existing files that have different content.
     """
     from fecontact.features.fleet.examples import write_fleet
 
