@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from fecontact.placement.wheelset import (
     place_wheelset,
     place_wheelset_at_shifts,
 )
-from fecontact.profiles.curve import Profile
+from fecontact.profiles.curve import Profile, ProfileKind
 from fecontact.profiles.reading import CIRCLE_PREFIX, can_form_wheelset, has_no_gauge_face
 from fecontact.profiles.resolve import (
     gauge_note,
@@ -33,8 +34,18 @@ from fecontact.solving.loaded_wheelset import place_loaded_wheelset
 
 # --- Placement of the wheel of a case on its rail, alone or in a wheelset; fast enough for tables.
 
+OppositeProfiles = Mapping[ProfileKind, Profile]
+"""Profiles of the opposite side by body, `rail` or `wheel`."""
+_NO_PROFILES: OppositeProfiles = MappingProxyType({})
 
-def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Placement:
+
+def place_case(
+    case: Case,
+    *,
+    rail: Profile | None = None,
+    wheel: Profile | None = None,
+    opposite_profiles: OppositeProfiles = _NO_PROFILES,
+) -> Placement:
     """Put the wheel of a case on its rail.
 
     Parameters
@@ -43,6 +54,8 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
         Case with profiles and position.
     rail, wheel
         Profiles in place of the profiles of the case; None for the profiles of the case.
+    opposite_profiles
+        As in `make_wheelset`.
 
     Returns
     -------
@@ -62,20 +75,24 @@ def place_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None
     >>> round(place_case(fecontact.Case(lateral_shift_mm=4.0)).first.rail_y_mm, 1)
     -13.8
     """
-    placement = _place_smooth(case, rail, wheel)
+    placement = _place_smooth(case, rail, wheel, opposite_profiles)
     return (
         lower_on_irregularities(placement, case.irregularities, case.distance_mm) if case.irregularities else placement
     )
 
 
 def place_or_explain(
-    case: Case, *, rail: Profile | None = None, wheel: Profile | None = None
+    case: Case,
+    *,
+    rail: Profile | None = None,
+    wheel: Profile | None = None,
+    opposite_profiles: OppositeProfiles = _NO_PROFILES,
 ) -> Placement | PositionProblem:
     """Placement of a case, or the reason why the wheel cannot run there.
 
     Parameters
     ----------
-    case, rail, wheel
+    case, rail, wheel, opposite_profiles
         As in `place_case`.
 
     Returns
@@ -84,13 +101,18 @@ def place_or_explain(
         Placement, or the problem with its kind.
     """
     try:
-        return place_case(case, rail=rail, wheel=wheel)
+        return place_case(case, rail=rail, wheel=wheel, opposite_profiles=opposite_profiles)
     except (InputError, ConvergenceError) as error:
         return PositionProblem.explain(error)
 
 
 def place_at_shifts(
-    case: Case, shifts_mm: Sequence[float], *, rail: Profile | None = None, wheel: Profile | None = None
+    case: Case,
+    shifts_mm: Sequence[float],
+    *,
+    rail: Profile | None = None,
+    wheel: Profile | None = None,
+    opposite_profiles: OppositeProfiles = _NO_PROFILES,
 ) -> dict[float, Placement | PositionProblem]:
     """Place a case at several shifts; the wheelset is set up once if it is free.
 
@@ -100,8 +122,8 @@ def place_at_shifts(
         Case with profiles; its lateral shift is ignored.
     shifts_mm
         Lateral shifts in mm.
-    rail, wheel
-        As in `place_case`.
+    rail, wheel, opposite_profiles
+        As in `make_wheelset`.
 
     Returns
     -------
@@ -110,10 +132,14 @@ def place_at_shifts(
     """
     if case.roll != "touching" or case.irregularities:
         return {
-            shift_mm: place_or_explain(replace(case, lateral_shift_mm=shift_mm), rail=rail, wheel=wheel)
+            shift_mm: place_or_explain(
+                replace(case, lateral_shift_mm=shift_mm), rail=rail, wheel=wheel, opposite_profiles=opposite_profiles
+            )
             for shift_mm in shifts_mm
         }
-    wheelset = replace(make_wheelset(case, rail=rail, wheel=wheel), asked=case.side)
+    wheelset = replace(
+        make_wheelset(case, rail=rail, wheel=wheel, opposite_profiles=opposite_profiles), asked=case.side
+    )
     return {
         shift_mm: position.extend(before=f"lateral shift {shift_mm:g} mm of the wheelset: ")
         if isinstance(position, PositionProblem)
@@ -122,7 +148,9 @@ def place_at_shifts(
     }
 
 
-def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Placement:
+def _place_smooth(
+    case: Case, rail: Profile | None, wheel: Profile | None, opposite_profiles: OppositeProfiles
+) -> Placement:
     """Placement by the profiles alone, without irregularities.
 
     Parameters
@@ -131,6 +159,8 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
         Case; unless its roll is given, the whole wheelset is placed and the side of the case is returned.
     rail, wheel
         Profiles to place; None for the profiles of the case.
+    opposite_profiles
+        As in `make_wheelset`.
 
     Raises
     ------
@@ -138,7 +168,7 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
         If the case has inputs of the opposite side that have no effect on a given roll.
     """
     if case.roll != "given":
-        return place_wheelset_of_case(case, rail=rail, wheel=wheel).side(case.side)
+        return place_wheelset_of_case(case, rail=rail, wheel=wheel, opposite_profiles=opposite_profiles).side(case.side)
     if not case.opposite.is_mirror_image:
         raise InputError(
             "the opposite side has an effect only on a roll that follows from both wheels; give roll = 'touching'"
@@ -159,15 +189,21 @@ def _place_smooth(case: Case, rail: Profile | None, wheel: Profile | None) -> Pl
     )
 
 
-def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> PlacedWheelset:
+def place_wheelset_of_case(
+    case: Case,
+    *,
+    rail: Profile | None = None,
+    wheel: Profile | None = None,
+    opposite_profiles: OppositeProfiles = _NO_PROFILES,
+) -> PlacedWheelset:
     """Set the wheelset of a case on its rails for the wheel of its side.
 
     The other wheel may climb its rail, up to the top of its flange.
 
     Parameters
     ----------
-    case, rail, wheel
-        As in `place_case`.
+    case, rail, wheel, opposite_profiles
+        As in `make_wheelset`.
 
     Returns
     -------
@@ -179,7 +215,9 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
     InputError, ConvergenceError
         As in `place_case`, and as in `place_loaded_wheelset` if the roll is the roll under load.
     """
-    wheelset = replace(make_wheelset(case, rail=rail, wheel=wheel), asked=case.side)
+    wheelset = replace(
+        make_wheelset(case, rail=rail, wheel=wheel, opposite_profiles=opposite_profiles), asked=case.side
+    )
     try:
         if case.roll == "loaded":
             return place_loaded_wheelset(wheelset, case)
@@ -194,7 +232,13 @@ def place_wheelset_of_case(case: Case, *, rail: Profile | None = None, wheel: Pr
         ) from error
 
 
-def make_wheelset(case: Case, *, rail: Profile | None = None, wheel: Profile | None = None) -> Wheelset:
+def make_wheelset(
+    case: Case,
+    *,
+    rail: Profile | None = None,
+    wheel: Profile | None = None,
+    opposite_profiles: OppositeProfiles = _NO_PROFILES,
+) -> Wheelset:
     """Both wheels of a case over both rails.
 
     The opposite side is the mirror image if nothing else is given.
@@ -203,6 +247,8 @@ def make_wheelset(case: Case, *, rail: Profile | None = None, wheel: Profile | N
     ----------
     case, rail, wheel
         As in `place_case`.
+    opposite_profiles
+        Profiles in place of the files that the case names for the opposite side, by body; a missing profile is read.
 
     Returns
     -------
@@ -214,7 +260,12 @@ def make_wheelset(case: Case, *, rail: Profile | None = None, wheel: Profile | N
     pair = _make_pair(case, Opposite(), rail, wheel)
     if opposite.is_mirror_image:
         return Wheelset.of(pair, pair)
-    opposite_pair = _make_pair(case, opposite, None if opposite.rail else rail, None if opposite.wheel else wheel)
+    opposite_pair = _make_pair(
+        case,
+        opposite,
+        opposite_profiles.get("rail") if opposite.rail else rail,
+        opposite_profiles.get("wheel") if opposite.wheel else wheel,
+    )
     return Wheelset.of(pair, opposite_pair) if case.side == "left" else Wheelset.of(opposite_pair, pair)
 
 

@@ -317,13 +317,6 @@ def test_a_file_with_two_inclinations_is_two_rails(tmp_path):
 @pytest.mark.parametrize(
     ("wheels", "rails", "case_text", "message"),
     [
-        (
-            "file,opposite_wheel\nS1002,S1002\n",
-            "file\n60E1\n",
-            "",
-            "'opposite_wheel' is not allowed; the wheel and the",
-        ),
-        ("file,Opposite\nS1002,S1002\n", "file\n60E1\n", "", "[case.opposite] gives others"),
         ("file,inclination\nS1002,1:20\n", "file\n60E1\n", "", "only rails have it"),
         ("file,gauge_mm\nS1002,1435\n", "file\n60E1\n", "", "only rails have it"),
         ("file\nS1002\n", "file,back_to_back_mm\n60E1,1360\n", "", "only wheels have it"),

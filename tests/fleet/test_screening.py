@@ -25,7 +25,7 @@ from fecontact import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import HERTZ, THEORIES, LoadedPlacement, fast_theory
 from fecontact.errors import ConvergenceError, InputError, ProgramError
-from fecontact.features.fleet import pair_jobs, reading, running, screening
+from fecontact.features.fleet import pair_jobs, reading, running, screened_position, screening
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
 from fecontact.features.fleet.population import Candidate, find_candidates
@@ -408,6 +408,39 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     # a variant without a contact leaves the position open
     row = make_position_row({middle: line, long: None})
     assert (row["verdict"], row["open_because"], row["variants_holding"], row["lines"]) == ("OPEN", "filter", 1, 2)
+
+
+def test_theories_outside_their_range_are_named_if_the_criteria_say_so(monkeypatch):
+    case = Case(lateral_shift_mm=4.0)
+    line = screen_variant(case, place_case(case), "strip")
+    included = replace(case, criteria=replace(case.criteria, theories_out_of_range=True))
+
+    def name_theories(off):
+        variants = (replace(line, off=off, loaded=replace(line.loaded, case=one)) for one in (case, included))
+        rows = [make_position_row({"": variant}) for variant in variants]
+        return [(row["verdict"], row["cheapest_theory"], row["cheaper_possible_theory"]) for row in rows]
+
+    # all theories fail but one, which is the contact of the screen outside its range
+    outside = replace(line.contact, status="out of range")
+    with monkeypatch.context() as patch:
+        patch.setattr(
+            screened_position,
+            "fast_theory",
+            lambda name: (lambda loaded: outside) if name == "equivalent_ellipse" else fast_theory(name),
+        )
+        rows = name_theories(
+            lambda theory: line.off(theory) if theory is outside else {**line.off(theory), "p_max_MPa": 0.2}
+        )
+    assert rows == [("FAILS", "strip", None), ("FAILS", "equivalent_ellipse", None)]
+    # Hertz holds outside its range: the verdict is on Hertz, and the next theory is named
+    hertz = THEORIES["hertz"]
+    monkeypatch.setitem(
+        THEORIES,
+        "hertz",
+        replace(hertz, approximate=lambda loaded: replace(hertz.approximate(loaded), status="out of range")),
+    )
+    (verdict, theory, _), named = name_theories(line.off)
+    assert (verdict, theory == "hertz", named) == ("HOLDS", False, ("HOLDS", "hertz", None))
 
 
 def test_a_sample_has_the_variants_of_its_screen(fleet):

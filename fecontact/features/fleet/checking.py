@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,9 @@ from fecontact.features.fleet.sealed_folder import (
 )
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
+    OPPOSITE_FILE,
+    OPPOSITE_HASH,
+    OPPOSITE_RADIUS,
     READ,
     REFUSED,
     SUSPICIOUS,
@@ -42,10 +45,12 @@ from fecontact.features.fleet.table_columns import (
     select_case_values,
     select_reading_values,
     set_case_values,
+    set_opposite,
 )
 from fecontact.features.fleet.tables import read_profile_rows
 from fecontact.files import hash_file
 from fecontact.inputs.texts import count_text
+from fecontact.profiles.reading import DEFAULT_READING, Reading
 from fecontact.profiles.resolve import read_profile_content, select_used_options
 
 # CPU seconds per file of 600 points, per pair, and per shift of a pair on each profile variant; MB per worker, kB per
@@ -160,6 +165,8 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     profiles = [check_profile(definition, candidate) for candidate in candidates]
     pairs = len(weigh_pairs(definition, profiles))
     counts = Counter(profile.candidate.body for profile in profiles if profile.record["status"] == READ)
+    opposites = [candidate.opposite for candidate in candidates if candidate.opposite is not None]
+    opposite_files = {opposite.spec for opposite in opposites if not opposite.has_row}
     positions = len(definition.positions)
     variants = _USUAL_VARIANTS if definition.filter_mm is None else _VARIANTS_WITH_FILTER
     pair_seconds = _PAIR_S + variants * (
@@ -170,7 +177,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
         rails=counts["rail"],
         pairs=pairs,
         positions=pairs * positions,
-        cpu_seconds=counts.total() * _FILE_S + pairs * pair_seconds,
+        cpu_seconds=(counts.total() + len(opposite_files)) * _FILE_S + pairs * pair_seconds,
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
@@ -250,16 +257,24 @@ class ScreenedFleet:
         """
         profile_inputs: dict[str, Any] = {}
         case_values: dict[str, Any] = {}
+        opposite_specs: dict[Body, str] = {}
+        opposite_radius_mm: float | None = None
         for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
             row = self._rows[body, profile_name]
             self._refuse_changed_file(row["file"], row["content_hash"])
             candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=_select_known(row))
+            specs = [candidate.spec]
+            if opposite_spec := row.get(OPPOSITE_FILE):
+                self._refuse_changed_file(opposite_spec, row[OPPOSITE_HASH])
+                opposite_specs[body] = opposite_spec
+                specs.append(opposite_spec)
             profile_inputs |= {
                 body: row["file"],
-                f"{body}_file": select_used_options(candidate.spec, select_reading(self.fleet, candidate)),
+                f"{body}_file": _join_used_options(specs, select_reading(self.fleet, candidate)),
             }
             case_values |= select_case_values(row)
-        case = set_case_values(self.fleet.case, case_values)
+            opposite_radius_mm = row.get(OPPOSITE_RADIUS) if body == "wheel" else opposite_radius_mm
+        case = set_opposite(set_case_values(self.fleet.case, case_values), opposite_specs, opposite_radius_mm)
         return replace(case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
     @property
@@ -304,6 +319,19 @@ class ScreenedFleet:
         if not is_unchanged:
             raise InputError(f"{file} was changed after it was screened; {describe_rerun(self.out)}")
         self._unchanged_files.add(file)
+
+
+def _join_used_options(specs: Sequence[str], reading: Reading) -> Reading:
+    """Options that the profiles of both sides use, with defaults for all unused options."""
+    used_options: dict[str, Any] = {}
+    for spec in specs:
+        used = select_used_options(spec, reading)
+        used_options |= {
+            option.name: getattr(used, option.name)
+            for option in fields(Reading)
+            if getattr(used, option.name) == getattr(reading, option.name)
+        }
+    return replace(DEFAULT_READING, **used_options)
 
 
 def _select_known(row: Row) -> dict[str, Any]:

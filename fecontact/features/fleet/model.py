@@ -17,6 +17,8 @@ from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_
 from fecontact.inputs.slots import input_dataclass, read_table
 from fecontact.inputs.texts import count_text
 from fecontact.inputs.user_tables import read_user_table
+from fecontact.profiles.library import is_library_name
+from fecontact.runs.identity import make_paths_absolute
 from fecontact.runs.toml_cases import read_case_table
 
 ScreeningTheory = Literal["strip", "half_space"]
@@ -333,7 +335,7 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
         raise InputError(
             f"[case]: {problem}; give profiles, shifts and loads in [wheels], [rails], [shifts_mm], [loads_kN]"
         )
-    case = read_case_table(case_table)
+    case = make_paths_absolute(read_case_table(_find_opposite_files(case_table, folder)))
     if case.irregularities:
         raise InputError("[case]: an irregularity along the track is given; allowed: smooth bodies; leave it out")
     if case.roll == "loaded" and case.roll_load_N is None:
@@ -352,6 +354,22 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
         filter_mm=values.filter_mm,
         seed=int(values.seed),
     )
+
+
+def _find_opposite_files(case_table: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """Table of the case with absolute paths of the profiles of the other side, which are relative to the fleet's file.
+
+    Profiles of a library of the user are names of its files.
+    """
+    opposite = case_table.get("opposite")
+    if "library" in case_table or not isinstance(opposite, dict):
+        return case_table
+    paths = {
+        body: str(folder / text)
+        for body in ("rail", "wheel")
+        if isinstance(text := opposite.get(body), str) and text and not is_library_name(text)
+    }
+    return {**case_table, "opposite": {**opposite, **paths}}
 
 
 def _weigh_positions(tables_read: Mapping[str, Any], case: Case, folder: Path) -> dict[Position, float]:

@@ -16,7 +16,7 @@ from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.packages import import_arrow
 from fecontact.features.fleet.population import Candidate, Pair, list_weighted_pairs, weigh_candidate_pairs
-from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
+from fecontact.features.fleet.profile_files import ReadProfile, find_opposite_radius_mm, read_refusal_reason
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
@@ -25,8 +25,10 @@ from fecontact.features.fleet.table_columns import (
     READ,
     SUSPICIOUS,
     UNREAD,
+    Body,
     select_case_values,
     set_case_values,
+    set_opposite,
 )
 from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
@@ -120,8 +122,15 @@ def find_suspicious_share(fleet: Fleet, profiles: Sequence[ReadProfile]) -> floa
     return math.fsum(left_out) / math.fsum(weight for _, weight in pairs)
 
 
-CaseKey = tuple[str, str, tuple[tuple[str, Any], ...]]
-"""Names of wheel and rail in the case of a pair, and the inputs of the case that their tables have."""
+CaseKey = tuple[str, str, tuple[tuple[str, Any], ...], tuple[tuple[Body, str], ...], float | None]
+"""Names of wheel and rail in the case of a pair, the inputs of the case that their tables have, and the names of the
+profiles of the other side with the radius of the other wheel.
+"""
+
+
+def _name_in_case(candidate: Candidate) -> str:
+    """Name of the library in the case of a pair: of the profile, or in place of its file."""
+    return candidate.spec if is_library_name(candidate.spec) else _PLACEHOLDER[candidate.body]
 
 
 def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
@@ -129,14 +138,19 @@ def _make_case_key(wheel: Candidate, rail: Candidate) -> CaseKey:
 
     A name of the library replaces each file.
     """
-    wheel_name, rail_name = (one.spec if is_library_name(one.spec) else _PLACEHOLDER[one.body] for one in (wheel, rail))
-    return wheel_name, rail_name, tuple((select_case_values(wheel.known) | select_case_values(rail.known)).items())
+    values = select_case_values(wheel.known) | select_case_values(rail.known)
+    opposite = tuple(
+        (profile.body, _name_in_case(profile.opposite)) for profile in (wheel, rail) if profile.opposite is not None
+    )
+    return _name_in_case(wheel), _name_in_case(rail), tuple(values.items()), opposite, find_opposite_radius_mm(wheel)
 
 
 def _make_case(fleet: Fleet, case_key: CaseKey) -> Case:
     """Case of a pair with given profiles: its files are not read again."""
-    wheel, rail, values = case_key
-    case = replace(fleet.case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
+    wheel, rail, values, opposite, opposite_radius_mm = case_key
+    # the profiles of the other side come first: the case of the fleet may have files for them
+    case = set_opposite(fleet.case, dict(opposite), opposite_radius_mm)
+    case = replace(case.with_profiles({"wheel": wheel, "rail": rail}), rail_file=Reading(), wheel_file=Reading())
     return set_case_values(case, dict(values))
 
 
@@ -145,8 +159,8 @@ def _list_pair_jobs(
 ) -> Iterator[tuple[Pair, str, ScreeningPair]]:
     """Yield each pair with the id of its job and the job.
 
-    The id is a hash of the case, the positions, the theory and the stored profiles, so that an unchanged pair is found
-    again. Both profiles of each pair must be stored.
+    The id is a hash of the case, the positions, the theory and the stored profiles of both sides, so that an unchanged
+    pair is found again. Both profiles of each pair must be stored.
     """
     by_name = {(profile.candidate.body, profile.candidate.name): profile for profile in profiles}
     positions = tuple(fleet.positions)
@@ -159,8 +173,17 @@ def _list_pair_jobs(
             case = _make_case(fleet, case_key)
             cases[case_key] = case, digest_json([make_case_record(case), positions, fleet.theory])
         case, case_digest = cases[case_key]
-        work = ScreeningPair(wheel=wheel.stored, rail=rail.stored, case=case, positions=positions, theory=fleet.theory)
-        yield pair, digest_json([case_digest, wheel.stored.folder.name, rail.stored.folder.name])[:20], work
+        opposite = tuple(filter(None, (wheel.stored_opposite, rail.stored_opposite)))
+        work = ScreeningPair(
+            wheel=wheel.stored,
+            rail=rail.stored,
+            case=case,
+            positions=positions,
+            theory=fleet.theory,
+            opposite=opposite,
+        )
+        folders = [profile.folder.name for profile in (wheel.stored, rail.stored, *opposite)]
+        yield pair, digest_json([case_digest, *folders])[:20], work
 
 
 def screen_pairs(

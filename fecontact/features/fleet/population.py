@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice
@@ -19,6 +20,7 @@ from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.table_columns import (
     MOST_FILES,
     MOST_PAIRS,
+    OPPOSITE_INPUTS,
     PAIR_LAYOUT,
     POSITION_LAYOUT,
     Body,
@@ -66,6 +68,8 @@ class Candidate:
         Name of an earlier profile with the same content and the same options; empty if there is none.
     has_row
         Whether it is a row of a table.
+    opposite
+        Profile of the other side of the track; None for the mirror image.
     """
 
     body: Body
@@ -79,6 +83,7 @@ class Candidate:
     remedy: str = ""
     copy_of: str = ""
     has_row: bool = False
+    opposite: Candidate | None = None
 
 
 def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
@@ -109,8 +114,23 @@ def find_candidates(fleet: Fleet, body: Body) -> list[Candidate]:
     if len(profiles) > MOST_FILES:
         raise InputError(f"[{body}s]: more than {MOST_FILES} files; allowed: at most this number; give fewer files")
     names: dict[str, str] = {}
-    contents: dict[tuple[str, str], str] = {}
-    return [_check_content(_assign_unique_name(_check_path(candidate), names), contents) for candidate in profiles]
+    contents: dict[tuple[str, ...], str] = {}
+    return [
+        _check_content(_assign_unique_name(_check_path(_add_opposite(fleet, candidate)), names), contents)
+        for candidate in profiles
+    ]
+
+
+def _add_opposite(fleet: Fleet, candidate: Candidate) -> Candidate:
+    """Candidate with the checked profile of the other side.
+
+    The row of the candidate gives this profile, or else the case of the fleet. The file is read with the options of
+    the candidate, as the file of a case.
+    """
+    opposite, spec = candidate.opposite, getattr(fleet.case.opposite, candidate.body)
+    if opposite is None and spec is not None:
+        opposite = replace(candidate, spec=spec, has_row=False)
+    return replace(candidate, opposite=opposite and _check_content(_check_path(opposite), {}))
 
 
 def _count_once(candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -183,6 +203,33 @@ def _make_file_candidate(path: Path, body: Body) -> Candidate:
 
 def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
     """Profiles of the rows of a table, with the values of further columns."""
+    candidates = [*_read_rows(path, body)]
+    names = Counter(candidate.name for candidate in candidates)
+    rows = {candidate.name: candidate for candidate in candidates}
+    for number, candidate in enumerate(candidates, start=1):
+        text = candidate.known.get(OPPOSITE_INPUTS[body])
+        if text is None:
+            yield candidate
+        elif names[text] > 1:
+            raise InputError(
+                f"table {path}, row {number}: {OPPOSITE_INPUTS[body]} is {text!r}, the name of {names[text]} rows;"
+                " allowed: the name of one row; give these rows different names"
+            )
+        elif text in rows:
+            # two wheels of a wheelset name each other: the opposite of the opposite is not needed
+            yield replace(candidate, opposite=replace(rows[text], opposite=None))
+        else:
+            yield replace(candidate, opposite=replace(candidate, spec=_find_spec(path, text), has_row=False))
+
+
+def _find_spec(table: Path, text: str) -> str:
+    """Absolute path of a file that a table names relative to its folder, or a name of the library."""
+    file = table.parent / text
+    return text if is_library_name(text) and not file.exists() else str(file.absolute())
+
+
+def _read_rows(path: Path, body: Body) -> Iterator[Candidate]:
+    """Profiles of the rows of a table, without the profiles of the other side."""
     rows_by_name: dict[str, int] = {}
     for row in read_user_table(path, make_profile_layout(body)):
         if (name := row.values.get("name")) and rows_by_name.setdefault(name, row.number) != row.number:
@@ -190,13 +237,10 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
                 f"table {path}, row {row.number}: name is {name!r}, as in row {rows_by_name[name]}; allowed: a"
                 " different name in each row; correct the cell, or leave it empty for the name of the file"
             )
-        file_text = row.values["file"]
-        file = path.parent / file_text
-        spec = file_text if is_library_name(file_text) and not file.exists() else str(file.absolute())
         yield Candidate(
             body=body,
-            name=row.values.get("name", file.stem),
-            spec=spec,
+            name=row.values.get("name", (path.parent / row.values["file"]).stem),
+            spec=_find_spec(path, row.values["file"]),
             weight=row.values.get("weight", 1.0),
             known={name: value for name, value in row.values.items() if name not in _LISTED_COLUMNS},
             metadata=row.metadata,
@@ -309,7 +353,7 @@ def _check_path(candidate: Candidate) -> Candidate:
     return candidate
 
 
-def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -> Candidate:
+def _check_content(candidate: Candidate, contents: dict[tuple[str, ...], str]) -> Candidate:
     """Candidate with the hash of its content, or with a problem.
 
     The problem is a name that is not UTF-8, which no table can have, a file that cannot be read, or the content of an
@@ -333,7 +377,9 @@ def _check_content(candidate: Candidate, contents: dict[tuple[str, str], str]) -
             return replace(candidate, problem=problem, remedy=remedy)
         candidate = replace(candidate, content_hash=content)
     reading = repr(select_reading_values(candidate.known) | select_case_values(candidate.known))
-    first_name = contents.setdefault((content, reading), candidate.name)
+    opposite = candidate.opposite
+    opposite_key = "" if opposite is None else f"{opposite.content_hash or opposite.spec} {opposite.known}"
+    first_name = contents.setdefault((content, reading, opposite_key), candidate.name)
     if first_name != candidate.name:
         return replace(
             candidate,

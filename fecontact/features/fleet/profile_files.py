@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,16 @@ from fecontact.features.fleet.screening_rows import Row
 from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
+    INCLINATION_COLUMN,
+    OPPOSITE_FILE,
+    OPPOSITE_HASH,
+    OPPOSITE_INPUTS,
+    OPPOSITE_RADIUS,
     RADIUS_COLUMN,
     READ,
+    READING_COLUMNS,
     REFUSED,
+    TRACK_COLUMNS,
     UNREAD,
     select_case_values,
     select_reading_values,
@@ -53,12 +61,15 @@ class ReadProfile:
         The stored profile; None if the profile is suspicious, was refused or not read.
     radius_note
         Contradiction between the rolling radius and the header of the file; empty if there is none.
+    stored_opposite
+        The stored profile of the other side; None for the mirror image.
     """
 
     candidate: Candidate
     record: Mapping[str, Any]
     stored: StoredProfile | None = None
     radius_note: str = ""
+    stored_opposite: StoredProfile | None = None
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -70,7 +81,8 @@ class ReadProfile:
         """Row of `profiles.parquet`.
 
         Columns: identity, status with reason and remedy, noise (um), filter lengths (mm), wear (mm), weight, notes of
-        the reader, dimensions of the flange (mm), then the inputs and the metadata of its row in a table.
+        the reader, dimensions of the flange (mm), then the inputs and the metadata of its row in a table, and the file
+        of the other side.
         """
         candidate, record = self.candidate, self.record
         filters = ", ".join(dict.fromkeys(f"{length:.3g}" for _, length, *_ in record.get("lines", ())))
@@ -87,6 +99,12 @@ class ReadProfile:
             "suspicions": ", ".join(dict.fromkeys(record.get("kinds", ()))),
             **{f"flange_{name}": record.get("flange", {}).get(name) for name in ("height_mm", "thickness_mm", "qr_mm")},
         }
+        if opposite := candidate.opposite:
+            columns |= {
+                OPPOSITE_FILE: opposite.spec,
+                OPPOSITE_HASH: opposite.content_hash,
+                OPPOSITE_RADIUS: find_opposite_radius_mm(candidate),
+            }
         return {**columns, **candidate.known, **candidate.metadata}
 
 
@@ -172,18 +190,97 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
     """
     if one.problem:
         return one
+    if one.opposite is not None:
+        one = replace(one, opposite=mark_unusable(fleet, one.opposite))
     if is_left_out(one):
         return replace(one, problem="accepted is no in its table", remedy="give accepted = yes to use it")
     try:
         select_reading(fleet, one)
         set_case_values(fleet.case, select_case_values(one.known))
+        _refuse_different_opposite(fleet, one)
     except InputError as error:
         reason, _, remedy = str(error).partition("; ")
         return replace(one, problem=reason, remedy=remedy)
     return one
 
 
+def _refuse_different_opposite(fleet: Fleet, candidate: Candidate) -> None:
+    """Refuse a row that names a row with other options of reading or another inclination or track.
+
+    A case has one set of options for the files of both sides, one rail inclination and one track.
+
+    Raises
+    ------
+    InputError
+        With the name of the row and the inputs that differ.
+    """
+    opposite = candidate.opposite
+    if opposite is None or not opposite.has_row:
+        return
+    case, opposite_case = (
+        set_case_values(fleet.case, select_case_values(profile.known)) for profile in (candidate, opposite)
+    )
+    reading, opposite_reading = select_reading(fleet, candidate), select_reading(fleet, opposite)
+    different = [
+        *(name for name in READING_COLUMNS if getattr(reading, name) != getattr(opposite_reading, name)),
+        *[INCLINATION_COLUMN] * (case.inclination_rad != opposite_case.inclination_rad),
+        *(name for name in TRACK_COLUMNS if getattr(case.track, name) != getattr(opposite_case.track, name)),
+    ]
+    if different:
+        raise InputError(
+            f"{OPPOSITE_INPUTS[candidate.body]} is the row {opposite.name!r} with different values of"
+            f" {', '.join(different)}; give both rows equal values"
+        )
+
+
+def find_opposite_radius_mm(candidate: Candidate) -> float | None:
+    """Rolling radius of the other wheel, from its row or the header of its file.
+
+    Parameters
+    ----------
+    candidate
+        Profile after `with_radius`.
+
+    Returns
+    -------
+    float or None
+        Radius in mm; None for the mirror image, for a rail, and if neither a row nor a header gives it.
+    """
+    opposite = candidate.opposite
+    return None if opposite is None or candidate.body == "rail" else opposite.known.get(RADIUS_COLUMN)
+
+
 def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
+    """Candidate and its other side with their rolling radii.
+
+    A radius that the table does not give follows from the case, or else from the header of the file. The radius of a
+    wheel of the other side that is not a row follows from `[case.opposite]`, or else from the header of its file; this
+    is the order of a case.
+
+    Parameters
+    ----------
+    fleet
+        Fleet with its case.
+    candidate
+        Profile file with the values of its table.
+
+    Returns
+    -------
+    Candidate
+        The candidate with radii in mm where there are any.
+    """
+    opposite = candidate.opposite
+    if opposite is not None and candidate.body == "wheel" and not candidate.problem and not opposite.problem:
+        if opposite.has_row:
+            opposite = _add_header_radius(fleet, opposite)
+            radius_mm = opposite.known.get(RADIUS_COLUMN, float(fleet.case.rolling_radius_mm))
+        else:
+            radius_mm = fleet.case.opposite.rolling_radius_mm or radius_of_file_mm(opposite.spec)
+        candidate = replace(candidate, opposite=replace(opposite, known={**opposite.known, RADIUS_COLUMN: radius_mm}))
+    return _add_header_radius(fleet, candidate)
+
+
+def _add_header_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
     """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius.
 
     Parameters
@@ -245,7 +342,7 @@ def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
 
 
 def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
-    """Read the profiles of a fleet that are not finished, as jobs.
+    """Read the profiles of a fleet and of the other side that are not finished, as jobs.
 
     Parameters
     ----------
@@ -261,8 +358,23 @@ def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open
     Returns
     -------
     list of ReadProfile
-        The result of each profile, in order.
+        The result of each profile, in order. A profile whose other side cannot be used is refused.
     """
+    opposites = [
+        candidate.opposite for candidate in candidates if candidate.opposite is not None and not candidate.problem
+    ]
+    profiles = _read_files(fleet, [*candidates, *opposites], out, open_run)
+    read_opposites = iter(profiles[len(candidates) :])
+    return [
+        profile
+        if profile.candidate.opposite is None or profile.candidate.problem
+        else _join_opposite(profile, next(read_opposites))
+        for profile in profiles[: len(candidates)]
+    ]
+
+
+def _read_files(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
+    """Results of reading files, in order; each content is read once with the same options."""
     works: dict[str, ReadingProfile] = {}
     job_ids: list[str] = []
     for candidate in candidates:
@@ -318,12 +430,46 @@ def check_profile(fleet: Fleet, candidate: Candidate) -> ReadProfile:
     ReadProfile
         Profile with the status `read`, or with the status, reason and remedy that a run would give.
     """
+    profile = _check_file(fleet, candidate)
+    opposite = candidate.opposite
+    return profile if opposite is None else _join_opposite(profile, _check_file(fleet, opposite))
+
+
+def _check_file(fleet: Fleet, candidate: Candidate) -> ReadProfile:
+    """Read the points of a file without smoothing and storing them."""
     if candidate.problem:
         return _refuse_candidate(candidate)
-    refusal = _make_work(fleet, candidate).find_refusal()
+    refusal = _find_refusal(_make_work(fleet, candidate))
     return ReadProfile(
         candidate=candidate, record={"status": READ} if refusal is None else judge_profile(fleet, candidate, refusal)
     )
+
+
+# A file can be the other side of many profiles.
+@lru_cache(maxsize=1024)
+def _find_refusal(work: ReadingProfile) -> dict[str, Any] | None:
+    """Record of a file that is refused; None if its points can be used."""
+    return work.find_refusal()
+
+
+def _join_opposite(profile: ReadProfile, opposite: ReadProfile) -> ReadProfile:
+    """Profile with its other side; a profile that was read is refused if its other side was not read.
+
+    If the other side is suspicious, the status is `refused`, because the file of this profile is not suspicious. If the
+    other side was not read for want of memory, disk space or workers, the status is `unread`.
+    """
+    if profile.record["status"] != READ:
+        return profile
+    if opposite.record["status"] == READ:
+        return replace(profile, stored_opposite=opposite.stored)
+    body, reason = profile.candidate.body, read_refusal_reason(opposite)
+    record = {
+        **profile.record,
+        "status": UNREAD if opposite.record["status"] == UNREAD else REFUSED,
+        "reason": f"its opposite {body} {opposite.candidate.spec} cannot be used: {reason}",
+        "remedy": opposite.record.get("remedy", ""),
+    }
+    return replace(profile, record=record, stored=None)
 
 
 def _refuse_candidate(candidate: Candidate) -> ReadProfile:

@@ -68,17 +68,22 @@ class ScreenedVariant:
         Returns
         -------
         tuple or None
-            Answer, deviations and the measure that decides; None if the theory has no contact here.
+            Answer, deviations and the measure that decides; None if the theory has no contact here. A theory other than
+            Hertz has no answer outside its range, unless the criteria include such theories.
         """
         candidates: list[tuple[Answer, Mapping[str, float], str]] = []
         for side in HERTZ_OF_EACH_SIDE if name == HERTZ else (name,):
             theory_contact = fast_theory(side)(self.loaded)
-            if isinstance(theory_contact, TheoryContact):
+            if isinstance(theory_contact, TheoryContact) and (name == HERTZ or self.can_name(theory_contact)):
                 deviations = self.off(theory_contact)
                 verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
                 certain = theory_contact.definite and self.contact.status == "solved"
                 candidates.append((verdict.answer if certain else "UNRESOLVED", deviations, verdict.measure))
         return max(reversed(candidates), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement[0]), default=None)
+
+    def can_name(self, contact: TheoryContact) -> bool:
+        """Whether the theory of a contact can be named: within its range, or if the criteria include all theories."""
+        return contact.status != "out of range" or self.loaded.case.criteria.theories_out_of_range
 
 
 def screen_variant(case: Case, placement: Placement, theory: ScreeningTheory) -> ScreenedVariant:
@@ -312,6 +317,9 @@ def _find_cheapest_theories(
     A theory is known to hold if it holds on all variants, and may hold unless it fails on all of them. The theory of
     the screening, the reference of all, is the last.
     """
+    hertz_contacts = [(variant, THEORIES[HERTZ].approximate(variant.loaded)) for variant in variants if variant]
+    if not all(variant.can_name(contact) for variant, contact in hertz_contacts if isinstance(contact, TheoryContact)):
+        hertz_answer = "FAILS"
     if hertz_answer == "HOLDS":
         return HERTZ, None
     possible_theory = HERTZ if hertz_answer == "UNRESOLVED" else None

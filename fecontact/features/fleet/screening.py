@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fecontact.bodies import TrackSide
 from fecontact.case import Case
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet.model import Position, ScreeningTheory
@@ -34,13 +35,15 @@ AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 _STEP_MM, _FARTHEST_MM = 0.1, 10.0
 
 
-def calculate_conicity_and_concentration(wheelset: Wheelset) -> tuple[float, float]:
+def calculate_conicity_and_concentration(wheelset: Wheelset, side: TrackSide = "left") -> tuple[float, float]:
     """Equivalent conicity, and concentration of the contact, of a lateral motion of `AMPLITUDE_MM` without roll.
 
     Parameters
     ----------
     wheelset
         Both wheels on their rails.
+    side
+        Side of the contacts whose concentration is calculated.
 
     Returns
     -------
@@ -65,7 +68,8 @@ def calculate_conicity_and_concentration(wheelset: Wheelset) -> tuple[float, flo
     # a shift towards the left rail is a shift away from the right rail
     difference = RadiusDifference.of(shifts, radii[0] - radii[1][::-1])
     conicity = math.nan if difference is None else difference.conicity(AMPLITUDE_MM)
-    standings = [standing for shift, standing in zip(shifts, left, strict=True) if abs(shift) <= AMPLITUDE_MM]
+    side_standings = left if side == "left" else right
+    standings = [standing for shift, standing in zip(shifts, side_standings, strict=True) if abs(shift) <= AMPLITUDE_MM]
     # places are on the rail, which does not move
     places_mm = np.sort([standing.y_mm for standing in standings if standing is not None])
     inside = np.searchsorted(places_mm, places_mm + BAND_MM, side="right") - np.arange(places_mm.size)
@@ -86,6 +90,8 @@ class ScreeningPair:
         Shift (mm) and load (kN), by shift, then load.
     theory
         Theory of the screening.
+    opposite
+        Profiles of the other side of the track, unless they are the mirror images.
     """
 
     wheel: StoredProfile
@@ -93,6 +99,7 @@ class ScreeningPair:
     case: Case
     positions: tuple[Position, ...]
     theory: ScreeningTheory
+    opposite: tuple[StoredProfile, ...] = ()
 
     def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
         """Write the rows of the pair into the folder of the job."""
@@ -110,12 +117,18 @@ class ScreeningPair:
         reference_label = join_reference_labels(self.rail.reference_label, self.wheel.reference_label)
         labels = dict.fromkeys([reference_label, *self.rail.other_labels, *self.wheel.other_labels])
         variants = [{"rail": self.rail.variant(label), "wheel": self.wheel.variant(label)} for label in labels]
-        conicity, concentration = calculate_conicity_and_concentration(make_wheelset(self.case, **variants[0]))
+        # the other side has its reference variants, as in a case
+        opposite = {profile.body: profile.variant(profile.reference_label) for profile in self.opposite}
+        conicity, concentration = calculate_conicity_and_concentration(
+            make_wheelset(self.case, **variants[0], opposite_profiles=opposite), self.case.side
+        )
         wheelset_columns = {"conicity": conicity, "contact_concentration": concentration}
         loads: dict[float, list[float]] = {}
         for shift, load in self.positions:
             loads.setdefault(shift, []).append(load)
-        outcomes = [place_at_shifts(self.case, tuple(loads), **variant) for variant in variants]
+        outcomes = [
+            place_at_shifts(self.case, tuple(loads), **variant, opposite_profiles=opposite) for variant in variants
+        ]
         return [
             row | wheelset_columns
             for shift, shift_loads in loads.items()

@@ -28,7 +28,8 @@ READING_COLUMNS = ("mirror", "units", "columns", "tape_circle_mm", "tape_circle_
 """
 RADIUS_COLUMN = "rolling_radius_mm"
 INCLINATION_COLUMN, ACCEPTED_COLUMN = "inclination", "accepted"
-_TRACK_COLUMNS = ("back_to_back_mm", "gauge_mm")
+TRACK_COLUMNS = ("back_to_back_mm", "gauge_mm")
+"""Inputs of the track that a row can have."""
 RESULT_COLUMNS = (
     *("body", "name", "file", "content_hash", "status", "reason", "remedy", "noise_um", "filter_mm", "nominal"),
     *("wear_mm", "weight", "reader_notes", "suspicions"),
@@ -37,13 +38,15 @@ RESULT_COLUMNS = (
 """Columns of `profiles.parquet` that each profile has."""
 METADATA_PREFIX = "user_"
 """Beginning of the stored name of a column of the user that has the name of a column of the program."""
-_WHEEL_COLUMNS = ("tape_circle_mm", "tape_circle_z_mm", RADIUS_COLUMN, "back_to_back_mm")
-_RAIL_COLUMNS = (INCLINATION_COLUMN, "gauge_mm")
-_OPPOSITE_SIDE = (
-    "the wheel and the rail on the other side of the track are the mirror images of this wheel and rail, unless"
-    " [case.opposite] gives others for all positions; remove or rename the column"
-)
-_OPPOSITE_COLUMNS = ("opposite", "opposite_wheel", "opposite_rail", "other_wheel", "other_rail")
+OPPOSITE_INPUTS: Mapping[Body, str] = {"wheel": "opposite_wheel", "rail": "opposite_rail"}
+"""Column of the profile of the other side, by body."""
+OPPOSITE_FILE, OPPOSITE_HASH, OPPOSITE_RADIUS = "opposite_file", "opposite_content_hash", "opposite_rolling_radius_mm"
+OPPOSITE_COLUMNS: Mapping[str, ColumnKind] = {OPPOSITE_FILE: "text", OPPOSITE_HASH: "text", OPPOSITE_RADIUS: "number"}
+"""Columns of `profiles.parquet` for a profile that has a profile of the other side."""
+_WHEEL_COLUMNS = ("tape_circle_mm", "tape_circle_z_mm", RADIUS_COLUMN, "back_to_back_mm", OPPOSITE_INPUTS["wheel"])
+_RAIL_COLUMNS = (INCLINATION_COLUMN, "gauge_mm", OPPOSITE_INPUTS["rail"])
+_SIMILAR_TO_OPPOSITE = ("opposite", "other_wheel", "other_rail")
+_OPPOSITE_PROFILE = "a path relative to the table, an absolute path, a name of the library, or the name of another row"
 
 
 def _is_inclination(value: Any) -> bool:
@@ -74,6 +77,12 @@ class _ProfileColumns:
         domain=INCLINATION_FORMS,
         words=f"a text ({INCLINATION_FORMS})",
         holds=_is_inclination,
+    )
+    opposite_wheel: str | None = text_field(
+        None, "Only for a wheel: the other wheel of its wheelset; its mirror image by default", _OPPOSITE_PROFILE
+    )
+    opposite_rail: str | None = text_field(
+        None, "Only for a rail: the other rail of its track; its mirror image by default", _OPPOSITE_PROFILE
     )
 
 
@@ -126,7 +135,7 @@ def make_profile_layout(body: Body) -> TableLayout:
         **list_descriptions(_ProfileColumns),
         **{name: _READING[name] for name in READING_COLUMNS},
         RADIUS_COLUMN: _CASE[RADIUS_COLUMN],
-        **{name: _TRACK[name] for name in _TRACK_COLUMNS},
+        **{name: _TRACK[name] for name in TRACK_COLUMNS},
     }
     other_body, other_columns = ("rail", _RAIL_COLUMNS) if body == "wheel" else ("wheel", _WHEEL_COLUMNS)
     return TableLayout(
@@ -135,7 +144,11 @@ def make_profile_layout(body: Body) -> TableLayout:
         most_rows=MOST_FILES,
         refused={
             **{name: f"only {other_body}s have it; remove or rename the column" for name in other_columns},
-            **dict.fromkeys(_OPPOSITE_COLUMNS, _OPPOSITE_SIDE),
+            **dict.fromkeys(
+                _SIMILAR_TO_OPPOSITE, f"rename it to {OPPOSITE_INPUTS[body]} to give the other {body}, or remove it"
+            ),
+            OPPOSITE_RADIUS: "the other wheel has the rolling_radius_mm of its row: name this row in opposite_wheel,"
+            " and remove the column",
         },
         remarks=_REMARKS,
     )
@@ -172,8 +185,18 @@ POSITION_LAYOUT = TableLayout(
     remarks=_REMARKS,
 )
 """Columns of a table of positions."""
-_CASE_COLUMNS = (RADIUS_COLUMN, INCLINATION_COLUMN, *_TRACK_COLUMNS)
-_PROGRAM_COLUMNS = {name.casefold() for name in (*RESULT_COLUMNS, *READING_COLUMNS, *_CASE_COLUMNS, ACCEPTED_COLUMN)}
+_CASE_COLUMNS = (RADIUS_COLUMN, INCLINATION_COLUMN, *TRACK_COLUMNS)
+_PROGRAM_COLUMNS = {
+    name.casefold()
+    for name in (
+        *RESULT_COLUMNS,
+        *READING_COLUMNS,
+        *_CASE_COLUMNS,
+        *OPPOSITE_INPUTS.values(),
+        *OPPOSITE_COLUMNS,
+        ACCEPTED_COLUMN,
+    )
+}
 
 
 def name_metadata(name: str) -> str:
@@ -224,6 +247,29 @@ def select_reading_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name in READING_COLUMNS if (value := values.get(name)) is not None}
 
 
+def set_opposite(case: Case, specs: Mapping[Body, str], radius_mm: float | None) -> Case:
+    """Case with the profiles of the other side that the rows of its wheel and rail have.
+
+    Parameters
+    ----------
+    case
+        Case of the fleet.
+    specs
+        Files or names of the library, by body; a missing body keeps the profile of the case.
+    radius_mm
+        Rolling radius of the other wheel in mm; None for the radius of the case.
+
+    Returns
+    -------
+    Case
+        The case with these profiles.
+    """
+    changes: dict[str, Any] = {str(body): spec for body, spec in specs.items()}
+    if radius_mm is not None:
+        changes["rolling_radius_mm"] = radius_mm
+    return replace(case, opposite=replace(case.opposite, **changes)) if changes else case
+
+
 def select_case_values(values: Mapping[str, Any]) -> dict[str, Any]:
     """Inputs of a case from the values of a row, without empty columns.
 
@@ -271,6 +317,6 @@ def set_case_values(case: Case, values: Mapping[str, Any]) -> Case:
         changes[RADIUS_COLUMN] = float(values[RADIUS_COLUMN])
     if INCLINATION_COLUMN in values:
         changes["inclination_rad"] = parse_inclination(values[INCLINATION_COLUMN])
-    if track := {name: float(values[name]) for name in _TRACK_COLUMNS if name in values}:
+    if track := {name: float(values[name]) for name in TRACK_COLUMNS if name in values}:
         changes["track"] = replace(case.track, **track)
     return replace(case, **changes) if changes else case

@@ -25,6 +25,7 @@ from fecontact.features.fleet.sealed_folder import (
 )
 from fecontact.features.fleet.stored_columns import StoredColumn, check_stored_table
 from fecontact.features.fleet.table_columns import (
+    OPPOSITE_COLUMNS,
     READ,
     RESULT_COLUMNS,
     SUSPICIOUS,
@@ -69,7 +70,7 @@ SCREEN_COLUMNS: Mapping[str, StoredColumn] = {
 """Columns of the tables of positions; earlier versions wrote fewer columns."""
 _PROFILE_NUMBERS = ("noise_um", "wear_mm", *(name for name in RESULT_COLUMNS if name.startswith("flange_")))
 PROFILE_COLUMNS: Mapping[str, StoredColumn] = {
-    **{name: StoredColumn(kind=kind) for name, kind in list_input_kinds().items()},
+    **{name: StoredColumn(kind=kind) for name, kind in {**list_input_kinds(), **OPPOSITE_COLUMNS}.items()},
     **dict.fromkeys(RESULT_COLUMNS, _TEXT),
     **dict.fromkeys(_PROFILE_NUMBERS, _NUMBER),
     **dict.fromkeys(("name", "file", "content_hash"), _NAME),
