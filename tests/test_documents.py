@@ -166,7 +166,7 @@ def test_what_is_imported_in_an_example_exists(page):
 # --- the guide as it is pasted, a page at a time, into an empty folder ------------------------------------------------
 
 # what is done in a second or two
-QUICK = ("conventions", "setup")
+QUICK = ("codes", "conventions", "setup")
 WRITTEN = {"--examples", "--out", "--write"}
 A_FILE = re.compile(r"[\w.+-]*/[\w./+-]+|[\w+-]+\.[a-z]+")
 

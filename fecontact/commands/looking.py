@@ -18,24 +18,31 @@ from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text, parse_numbers, quote_path
 from fecontact.jobs.remaining import format_duration
-from fecontact.outputs.terminal import print_answer
+from fecontact.outputs.codes import find_code_to_set
+from fecontact.outputs.terminal import print_answer, print_page, print_parts
 
 
 @add_case_options(*POSITION_GROUPS, "irregular")
-def hertz(*, options: CaseOptions, json: bool = False) -> int:
+def hertz(*, options: CaseOptions, json: bool = False, set_in: str | None = None) -> int:
     """Compute Hertz's ellipse at the contact points; analytic (no mesh, no gmsh).
 
     Parameters
     ----------
     json
         Print the result as JSON and nothing else.
+    set_in
+        Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: print the numbers to set there, too.
     """
+    from fecontact.outputs.code_settings import settings_lines, settings_of_hertz
     from fecontact.outputs.hertz_terminal import hertz_lines
     from fecontact.runs.alone import hertz as hertz_of
 
-    case = options.case()
+    code, case = find_code_to_set(set_in, json=json), options.case()
     print_notes(describe_unusual_inputs([case]))
-    print_answer(hertz_of(case), hertz_lines, json=json)
+    record = hertz_of(case)
+    print_answer(record, hertz_lines, json=json)
+    if code is not None:
+        print_parts(settings_lines(code, settings_of_hertz(case, record)))
     return 0
 
 
@@ -128,18 +135,35 @@ _SECONDS_PER_LINE = 0.9
 # --- Commands on theories without a mesh: their list, a theory at a position, and tables for vehicle codes.
 
 
-def theories(*, json: bool = False) -> int:
+def theories(*, in_: Annotated[str | None, Parameter(name="--in")] = None, json: bool = False) -> int:
     """List theories of the pressure and laws of creep forces: cost, source, range, differences from the source.
 
     Parameters
     ----------
+    in_
+        Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: list how this code calls and sets each theory of the
+        pressure instead; all for the page of all codes.
     json
         Print the list as JSON and nothing else.
     """
+    from fecontact.outputs.code_pages import code_lines, code_record, codes_page
+    from fecontact.outputs.codes import find_code, read_codes
     from fecontact.outputs.theory_alone import theories_lines
     from fecontact.runs.alone import theories as listed
 
-    print_answer(listed(), theories_lines, json=json)
+    if in_ is None:
+        print_answer(listed(), theories_lines, json=json)
+    elif in_.lower() == "all":
+        records = {name: code_record(code) for name, code in read_codes().items()}
+        if json:
+            print_answer(records, lambda _: [], json=True)
+        else:
+            from fecontact.guide.pages import remove_links
+
+            print_page(codes_page(), remove_links)
+    else:
+        code = find_code(in_, "--in")
+        print_answer(code_record(code), lambda _: code_lines(code), json=json)
     return 0
 
 
@@ -155,7 +179,6 @@ def keys(*, json: bool = False) -> int:
     from fecontact.guide.pages import remove_links
     from fecontact.outputs.records.data_dictionary import dictionary_page
     from fecontact.outputs.records.result_schema import result_schema
-    from fecontact.outputs.terminal import print_page
 
     if json:
         print(format_json(result_schema()))
@@ -165,7 +188,7 @@ def keys(*, json: bool = False) -> int:
 
 
 @add_case_options(*POSITION_GROUPS, "irregular")
-def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
+def theory(name: str, /, *, options: CaseOptions, json: bool = False, set_in: str | None = None) -> int:
     """Evaluate a theory of the pressure at a position: peak, area, half-widths, approach (no mesh, no gmsh).
 
     Parameters
@@ -174,14 +197,20 @@ def theory(name: str, /, *, options: CaseOptions, json: bool = False) -> int:
         Name, from `fecontact theories`: hertz, multi_hertz, kik_piotrowski, analyn, strip, half_space, ...
     json
         Print the result as JSON and nothing else.
+    set_in
+        Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: print the setting of this theory and the numbers to set
+        there, too.
     """
+    from fecontact.outputs.code_settings import settings_lines, settings_of_theory
     from fecontact.outputs.theory_alone import theory_lines
     from fecontact.runs.alone import theory as alone
 
-    case = options.case()
+    code, case = find_code_to_set(set_in, json=json), options.case()
     print_notes(describe_unusual_inputs([case]))
     record = alone(case, name)
     print_answer(record, theory_lines, json=json)
+    if code is not None:
+        print_parts(settings_lines(code, settings_of_theory(case, record)))
     return 0 if record["status"] == "solved" else 3
 
 

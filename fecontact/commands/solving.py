@@ -19,6 +19,7 @@ from fecontact.console.run_messages import report_files, report_reused_jobs, rep
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
 from fecontact.inputs.texts import count_text, quote_path
 from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.codes import find_code_to_set
 from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
 
@@ -38,6 +39,7 @@ def solve(
     out: Path | None = None,
     force: bool = False,
     long: bool = False,
+    set_in: str | None = None,
 ) -> int:
     """Solve a case with finite elements and compare it with Hertz.
 
@@ -51,10 +53,14 @@ def solve(
         Folder for report.html, JSON, ParaView files and the figure of the case.
     force
         Write into a folder with different results.
+    set_in
+        Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: print the setting of the cheapest theory that holds and
+        the numbers to set there, too.
     """
     from fecontact.files import format_json
     from fecontact.outputs.case_parts import case_parts
     from fecontact.outputs.case_words import case_words
+    from fecontact.outputs.code_settings import settings_lines, settings_of_result
     from fecontact.runs.cost import CASE_FILES_S, estimate_cost
     from fecontact.runs.folder import prepare_for_case
     from fecontact.runs.report import keep_with_report
@@ -62,7 +68,7 @@ def solve(
     from fecontact.solving.solve import solve as solve_case
 
     require_finite_elements()
-    case = options.case()
+    code, case = find_code_to_set(set_in, json=json), options.case()
     print_notes(describe_unusual_inputs([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
@@ -90,6 +96,8 @@ def solve(
     else:
         title, evidence = case_words(case_records.record["case"]), result.case.refine == "evidence"
         print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
+        if code is not None:
+            print_parts(settings_lines(code, settings_of_result(case, case_records.record)))
         if not long:
             print_result(
                 "--long prints all results" + ("" if out is None else f"; {quote_path(out / 'report.html')} shows them")

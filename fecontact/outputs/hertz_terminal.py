@@ -23,6 +23,7 @@ _ELLIPSE_COLUMNS = (
     number_column("rotation\nmrad", "orientation_rad", "{:+z.1f}", 1e3),
     number_column("area\nmm²", "area_mm2", "{:.2f}"),
     number_column("approach\nmm", "approach_mm", "{:.5f}"),
+    number_column("K_H\nGN/m^1.5", "stiffness_GN_per_m15", "{:.2f}", rank=1, name="K_H"),
 )
 _TOUCH_POINT_COLUMNS = (
     number_column("point", "point", "{:.0f}", none=""),

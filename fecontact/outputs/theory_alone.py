@@ -5,7 +5,9 @@ from __future__ import annotations
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import load_offers
+from fecontact.outputs.codes import read_codes
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
+from fecontact.outputs.geometry import contact_point_records
 from fecontact.outputs.pair_geometry import pair_geometry_lines, pair_geometry_record
 from fecontact.outputs.records.results import case_inputs, contact_record, package_versions
 from fecontact.outputs.tables import TableRecord, make_table, number_column, text_column
@@ -73,7 +75,7 @@ def theory_record(theory_alone: TheoryEvaluation) -> Record:
         **select_attributes(THEORIES[theory_alone.name], _THEORY_ATTRIBUTES),
         "case": case_inputs(theory_alone.case, placement),
         **pair_geometry_record(theory_alone.case, placement),
-        "contact_angle_rad": placement.first.contact_angle_rad,
+        **contact_point_records(placement),
         "given_normal_force_N": theory_alone.normal_force_N,
         "problem": theory_alone.problem,
         **contact_entries,
@@ -113,6 +115,7 @@ def theories_lines(listed: TableRecord) -> OutputLines:
         for name, theory in theories.items():
             yield f"  {name}: {theory['words']}; {theory['cost']}"
             yield from (f"      {key}: {theory[key]}" for key in ("source", "range", "differs") if theory.get(key))
+    yield f"fecontact theories --in CODE lists settings in a vehicle code: {', '.join(read_codes())}"
 
 
 def theory_lines(record: TableRecord) -> OutputLines:
