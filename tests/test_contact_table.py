@@ -13,6 +13,7 @@ from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.criteria import Criteria
+from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
 from fecontact.solving.placing import place_case
@@ -177,6 +178,59 @@ def test_a_table_as_json_is_the_table_alone(capsys):
     (row,) = json.loads(capsys.readouterr().out)
     (same,) = fecontact.table(WHEELSET, [4.0], [100e3])
     assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
+
+
+YAWS_MRAD = [-10.0, 0.0, 7.0, 10.0]
+
+
+@pytest.fixture(scope="module")
+def yawed_rows():
+    return fecontact.table(WHEELSET, [-4.0], [50e3, 60e3], yaws_mrad=YAWS_MRAD)
+
+
+def test_yaw_is_an_axis_between_shift_and_load(yawed_rows):
+    assert [(row["yaw_mrad"], row["load_kN"]) for row in yawed_rows] == [
+        (yaw, load) for yaw in YAWS_MRAD for load in (50.0, 60.0)
+    ]
+    by_line = {(row["yaw_mrad"], row["load_kN"]): row for row in yawed_rows}
+    # the yaw of the case gives an equal row, and a table without yaws has the yaw of its case
+    (row,) = fecontact.table(replace(WHEELSET, yaw_rad=0.007), [-4.0], [50e3])
+    assert row["yaw_mrad"] == 7.0
+    neighbours = ("strip_approach_between_percent", "strip_stiffness_between_percent")
+    assert row == {name: value for name, value in by_line[7.0, 50.0].items() if name not in neighbours}
+    # a yaw and its opposite are mirror images: the rail has equal sections, and the wheel is a body of revolution
+    for name in ("roll_mrad", *(f"{theory}_{size}" for theory in ("hertz", "strip") for size in SIZES)):
+        left, straight, right = (by_line[yaw, 50.0][name] for yaw in (-10.0, 0.0, 10.0))
+        assert left == pytest.approx(right, rel=1e-6), name
+        assert straight != pytest.approx(right, rel=1e-6), name
+
+
+def test_interpolation_between_yaws_is_checked_in_the_middle(yawed_rows):
+    by_line = {(row["yaw_mrad"], row["load_kN"]): row for row in yawed_rows}
+    (middle,) = fecontact.table(WHEELSET, [-4.0], [55e3], yaws_mrad=[-5.0])
+    corners = [by_line[yaw, load]["strip_approach_mm"] for yaw in (-10.0, 0.0) for load in (50.0, 60.0)]
+    missed_percent = 100.0 * abs(np.mean(corners) / middle["strip_approach_mm"] - 1.0)
+    # -10 mrad has this middle alone
+    assert by_line[-10.0, 50.0]["strip_approach_between_percent"] == pytest.approx(missed_percent, rel=1e-9)
+    table, *notes = contact_table_lines(yawed_rows)
+    assert [row.cells[1] for row in table.rows[::2]] == ["-10.00", "+0.00", "+7.00", "+10.00"]
+    assert "midway between rows" in notes[0]
+    assert "mrad" in notes[0]
+
+
+def test_yaws_are_given_once_and_as_a_list(tmp_path, capsys):
+    out = tmp_path / "table.csv"
+    grid = ["--shifts=-4", "--loads-kn", "50"]
+    assert call(["table", *grid, "--yaws-mrad=-10:10:10", "--out", str(out)]) == 0
+    assert [row["yaw_mrad"] for row in csv.DictReader(out.read_text("utf-8").splitlines())] == ["-10.0", "0.0", "10.0"]
+    assert call(["table", *grid, "--yaws-mrad", "x"]) == 2
+    assert "yaws 'x'" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"yaw_rad is 0\.01, and yaws_mrad is given too"):
+        fecontact.table(replace(WHEELSET, yaw_rad=0.01), [0.0], [50e3], yaws_mrad=[5.0])
+    with pytest.raises(InputError, match="give at least one lateral shift, one yaw and one load"):
+        fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=[])
+    with pytest.raises(InputError, match=r"yaws_mrad is 5\.0; give a list"):
+        fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=5.0)
 
 
 @pytest.mark.slow

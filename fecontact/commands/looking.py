@@ -182,20 +182,23 @@ def table(
     *,
     options: CaseOptions,
     grid: GridOptions,
+    yaws_mrad: Annotated[str | None, Parameter(name="--yaws-mrad", allow_leading_hyphen=True)] = None,
     out: Path | None = None,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: bool = False,
 ) -> int:
-    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift and load (no mesh).
+    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift, yaw, load (no mesh).
 
     The wheelset rolls until both wheels touch, unless a roll is given.
 
     Parameters
     ----------
+    yaws_mrad
+        Yaws of the wheelset in mrad, in the form of the shifts, such as -10,0,10; if not given, the yaw of --yaw-mrad.
     out
         File for the table as CSV, with units in the names of its columns.
     map_
-        Folder of a map of the same contact; its verdicts are added to rows with equal shift and load.
+        Folder of a map of the same contact; its verdicts are added to rows with equal shift, yaw and load.
     json
         Print the table as JSON and nothing else.
     """
@@ -204,12 +207,18 @@ def table(
     from fecontact.runs.alone import table as made_table
 
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
-    print_notes(describe_unusual_inputs([replace(case, load_N=load_N) for load_N in loads_N]))
+    yaws = None if yaws_mrad is None else parse_numbers(yaws_mrad, "yaws")
+    yaws_rad = [case.yaw_rad] if yaws is None else [yaw_mrad / 1e3 for yaw_mrad in yaws]
+    print_notes(
+        describe_unusual_inputs(
+            [replace(case, load_N=load_N, yaw_rad=yaw_rad) for yaw_rad in yaws_rad for load_N in loads_N]
+        )
+    )
     print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
-    lines = len(positions) * len(loads_N)
+    lines = len(positions) * len(yaws_rad) * len(loads_N)
     announce(f"{count_text(lines, 'row')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
     with show_job_progress("rows") as progress:
-        rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
+        rows = made_table(case, positions, loads_N, yaws_mrad=yaws, map_folder=map_, progress=progress)
     if out is not None:
         with reporting_replaced_files(out):
             write_csv(rows, out)

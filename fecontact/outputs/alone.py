@@ -50,6 +50,8 @@ def table_row(line: ContactTableRow) -> Record:
     """
     row: Record = {
         "lateral_shift_mm": line.case.lateral_shift_mm,
+        # rounded, so that 7 mrad stay 7 mrad after their conversion to rad and back
+        "yaw_mrad": round(1e3 * line.case.yaw_rad, 9),
         "load_kN": line.case.load_N / 1e3,
         "problem": line.problem,
     }
@@ -205,8 +207,9 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
 
 # --- A contact table on the terminal: its most important columns.
 
+_SHIFT_COLUMN = number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}")
+_YAW_COLUMN = number_column("yaw\nmrad", "yaw_mrad", "{:+z.2f}")
 _COLUMNS = (
-    number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
     number_column("load\nkN", "load_kN"),
     number_column("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
     number_column("points", "contact_points", "{:.0f}", rank=1, name="points"),
@@ -223,9 +226,15 @@ _COLUMNS = (
 _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
+def _position_text(row: TableRecord) -> str:
+    """Shift, yaw and load of a row; a yaw of zero is left out."""
+    yaw_text = f", yaw {row['yaw_mrad']:+g} mrad" if row.get("yaw_mrad") else ""
+    return f"{row['lateral_shift_mm']:+z.2f} mm{yaw_text}, {row['load_kN']:g} kN"
+
+
 def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
-    return f"{worst[name]:.2g} % (next to {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
+    return f"{worst[name]:.2g} % (next to {_position_text(worst)})"
 
 
 def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
@@ -234,7 +243,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
     Parameters
     ----------
     rows
-        Rows of the table. Columns of a map are shown if the rows have them.
+        Rows of the table. Columns of a map are shown if the rows have them, and a column of yaws if a wheel has a yaw.
 
     Returns
     -------
@@ -242,16 +251,18 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
         The table, the errors of interpolation, and the problems of single lines.
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)
-    yield make_table("Contact table", [*_COLUMNS, *[_MAP_COLUMN] * has_map_columns], rows)
+    has_yaws = any(row.get("yaw_mrad") for row in rows)
+    columns = [_SHIFT_COLUMN, *[_YAW_COLUMN] * has_yaws, *_COLUMNS, *[_MAP_COLUMN] * has_map_columns]
+    yield make_table("Contact table", columns, rows)
     if worst_texts := [
         _worst_interpolation_text(rows, name)
         for name in INTERPOLATION_ERROR_COLUMNS.values()
         if any(name in row for row in rows)
     ]:
         yield (
-            "error of linear interpolation midway between shifts and loads: approach of the strip method up to"
+            "error of linear interpolation midway between rows: approach of the strip method up to"
             f" {worst_texts[0]}, stiffness up to {worst_texts[1]}; smaller steps there reduce it"
         )
     for row in rows:
         for note in filter(None, (row["problem"], row.get("hertz_notes"))):
-            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {note}"
+            yield f"{_position_text(row)}: {note}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from fecontact.case import Case
 from fecontact.contact_theories.approximation import TheoryContact
@@ -165,8 +166,8 @@ def compute_normal_force(case: Case, placement: Placement) -> float:
     return case.load_N / float(placement.first.normal @ compute_load_direction(case, placement))
 
 
-# --- Lines of a contact table over lateral shift and load, for vehicle codes that look up a contact instead of solving
-# it.
+# --- Lines of a contact table over lateral shift, yaw and load, for vehicle codes that look up a contact instead of
+# solving it.
 
 STRIPS = "strip"
 """Name of the strip method among `THEORIES`."""
@@ -183,7 +184,7 @@ class ContactTableRow:
     Attributes
     ----------
     case
-        Case with shift and load of the line.
+        Case with shift, yaw and load of the line.
     placement
         Placement; None if the wheel cannot stand, see `problem`.
     hertz, points
@@ -209,11 +210,11 @@ class ContactTableRow:
 
 
 def iterate_table_rows(
-    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]
+    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], yaws_rad: Sequence[float] | None = None
 ) -> Iterator[ContactTableRow]:
-    """Lines of a contact table, by shift, then load.
+    """Lines of a contact table, by shift, then yaw, then load.
 
-    A wheel is placed once for each shift, or for each load if the roll depends on the load.
+    A wheel is placed once for each shift and yaw, or for each load if the roll depends on the load.
 
     Parameters
     ----------
@@ -221,6 +222,8 @@ def iterate_table_rows(
         Case with profiles and criteria.
     lateral_shifts_mm, loads_N
         Lateral shifts in mm and loads in N.
+    yaws_rad
+        Yaws of the wheelset in rad; None for the yaw of the case.
 
     Yields
     ------
@@ -228,10 +231,10 @@ def iterate_table_rows(
         Line with its problem if a wheel cannot stand, or if no ellipse fits.
     """
     needs_placement_per_load = case.roll == "loaded" and case.roll_load_N is None
-    for shift_mm in lateral_shifts_mm:
+    for shift_mm, yaw_rad in product(lateral_shifts_mm, [case.yaw_rad] if yaws_rad is None else yaws_rad):
         placement: Placement | str | None = None
         for load_N in loads_N:
-            line_case = replace(case, lateral_shift_mm=shift_mm, load_N=load_N)
+            line_case = replace(case, lateral_shift_mm=shift_mm, yaw_rad=yaw_rad, load_N=load_N)
             if placement is None or needs_placement_per_load:
                 placement = place_or_explain(line_case)
             yield (
