@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 import fecontact
+from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES
+from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+from fecontact.contact_theories.rolling.kalker import kalker_linear
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
@@ -178,6 +181,50 @@ def test_a_table_as_json_is_the_table_alone(capsys):
     (row,) = json.loads(capsys.readouterr().out)
     (same,) = fecontact.table(WHEELSET, [4.0], [100e3])
     assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
+
+
+@pytest.mark.parametrize(
+    ("rail_radius_mm", "poisson", "columns"),
+    [(460.0, 0.25, (4.12, 3.67, 1.47, 1.19)), (460.0, 0.0, (3.4, 3.4, 1.33, 1.21))],
+)
+def test_a_circle_has_the_row_of_kalkers_table(rail_radius_mm, poisson, columns):
+    """Crossed cylinders of equal radius have a circular patch: the row a/b = 1 of Kalker (1990), Table E.3."""
+    steel = Material(young_MPa=210e3, poisson=poisson)
+    case = replace(ELLIPTIC, rail=f"circle:{rail_radius_mm}", wheel_material=steel, rail_material=steel)
+    (row,) = fecontact.table(case, [0.0], [100e3])
+    for place in ("hertz", "touch1"):
+        kalker = [row[f"{place}_kalker_c{index}"] for index in (11, 22, 23, 33)]
+        assert kalker == pytest.approx(columns, rel=1e-6), place
+        # the force per creepage by hand, with the semi-axis of the row
+        shear = steel.young_MPa / (2.0 * (1.0 + poisson))
+        powers = {"f11_N": 2, "f22_N": 2, "f23_Nmm": 3, "f33_Nmm2": 4}
+        for (name, power), value in zip(powers.items(), columns, strict=True):
+            assert row[f"{place}_{name}"] == pytest.approx(shear * row["hertz_a_mm"] ** power * value, rel=1e-6), name
+
+
+def test_factors_of_the_table_give_the_linear_creep_force(rows):
+    """Each contact point by the ellipse under its share of the load, compared with the command for creep forces."""
+    row = rows[-2]
+    assert row["contact_points"] == 2
+    creepages = Creepages(xi=1e-5, eta=2e-5, spin_per_mm=3e-6)
+    for place in ("touch1", "touch2"):
+        axes = {f"{axis}_mm": row[f"{place}_ellipse_{axis}_mm"] for axis in "ab"}
+        ellipse = RollingEllipse(
+            **axes, normal_force_N=1.0, friction=0.3, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson
+        )
+        force = kalker_linear(ellipse, creepages)
+        f11, f22, f23, f33 = (row[f"{place}_{name}"] for name in ("f11_N", "f22_N", "f23_Nmm", "f33_Nmm2"))
+        assert force.fx_N == pytest.approx(-f11 * 1e-5, rel=1e-9)
+        assert force.fy_N == pytest.approx(-f22 * 2e-5 - f23 * 3e-6, rel=1e-9)
+        assert force.mz_Nmm == pytest.approx(f23 * 2e-5 - f33 * 3e-6, rel=1e-9)
+
+
+def test_beyond_kalkers_table_the_coefficients_are_empty_with_a_reason():
+    """A rail of 6 mm below a wheel of 460 mm: the patch is more than 10 times as long as it is wide."""
+    (row,) = fecontact.table(replace(ELLIPTIC, rail="circle:6"), [0.0], [1e3])
+    assert row["hertz_a_mm"] > 10.0 * row["hertz_b_mm"]
+    assert "hertz_kalker_c11" not in row
+    assert re.search(r"without Kalker's coefficients: a/b is 1\d\.\d+; allowed: 0.1 to 10", row["hertz_notes"])
 
 
 YAWS_MRAD = [-10.0, 0.0, 7.0, 10.0]

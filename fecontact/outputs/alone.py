@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
+from fecontact.contact_theories.rolling.kalker import LinearCreep
 from fecontact.judging.measures import read_hertz_measures, read_theory_measures
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.flat_records import Record, flatten, select_attributes
@@ -68,9 +68,12 @@ def table_row(line: ContactTableRow) -> Record:
             read_hertz_measures(hertz), SIZE_MEASURES, "hertz_"
         )
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
+        row |= _creep_columns(line.hertz_creep, "hertz_")
     if springs is not None:
         first_note = next(point.whole_note for point in reversed(springs.points) if point.contact_point_number == 0)
-        row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first_note, *springs.shared_notes])))
+        row["hertz_notes"] = "; ".join(
+            dict.fromkeys(filter(None, [first_note, *springs.shared_notes, line.creep_note]))
+        )
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
         row |= {
@@ -85,7 +88,7 @@ def table_row(line: ContactTableRow) -> Record:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
     return row | contact_point_columns(
         line.placement,
-        {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["contact_points"])},
+        {touch_index: _spring_columns(line, touch_index) for touch_index in range(row["contact_points"])},
     )
 
 
@@ -129,19 +132,39 @@ def contact_point_columns(placement: Placement, springs: Mapping[int, Record]) -
     )
 
 
-def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Record:
-    """Columns of the spring of a contact point and of its ellipse.
+def _spring_columns(line: ContactTableRow, touch_index: int) -> Record:
+    """Columns of the spring of a contact point and of its ellipse, with Kalker's coefficients.
 
     The ellipse has the force that this contact point takes as one of several springs.
     """
     springs = (
-        [point for point in points.points if point.contact_point_number == touch_index and point.side != "gauge"]
-        if points
+        [
+            (point, creep)
+            for point, creep in zip(line.points.points, line.spring_creep, strict=True)
+            if point.contact_point_number == touch_index and point.side != "gauge"
+        ]
+        if line.points
         else []
     )
-    if not springs or springs[0].whole is None:
+    if not springs or springs[0][0].whole is None:
         return {}
-    return {"spring_N_per_mm15": springs[0].whole.stiffness_N_per_mm15} | ellipse_columns(springs[0].shared)
+    spring, creep = springs[0]
+    assert spring.whole is not None
+    return {
+        "spring_N_per_mm15": spring.whole.stiffness_N_per_mm15,
+        **ellipse_columns(spring.shared),
+        **_creep_columns(creep),
+    }
+
+
+def _creep_columns(creep: LinearCreep | None, prefix: str = "") -> Record:
+    """Columns of Kalker's coefficients, and of their factors of the linear creep force; none without them."""
+    if creep is None:
+        return {}
+    return {
+        **select_attributes(creep.coefficients, "c11 c22 c23 c33", f"{prefix}kalker_"),
+        **select_attributes(creep, "f11_N f22_N f23_Nmm f33_Nmm2", prefix),
+    }
 
 
 def ellipse_columns(shared: HertzContact | None) -> Record:

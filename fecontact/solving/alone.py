@@ -17,6 +17,8 @@ from fecontact.contact_theories.registry import (
     LoadedPlacement,
     find_gap_line,
 )
+from fecontact.contact_theories.rolling.creepage import combine_materials
+from fecontact.contact_theories.rolling.kalker import LinearCreep, calculate_linear_creep
 from fecontact.contact_theories.strips import solve_strip_theory
 from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
 from fecontact.errors import InputError
@@ -195,6 +197,13 @@ class ContactTableRow:
         Cheapest theory with peak, area, half-widths and centre that agree with the strips within the case's criteria;
         UNRESOLVED if there are no strips, or if the strips are out of their range. It is not a verdict: no contact is
         solved.
+    hertz_creep
+        Kalker's coefficients of `hertz`; None without an ellipse or outside their range.
+    spring_creep
+        Kalker's coefficients of the ellipse of each entry of `points`, under its share of the load; None for an entry
+        without an ellipse or outside their range.
+    creep_note
+        Reason for missing coefficients, in words.
     problem
         Description of the missing quantities, in words.
     """
@@ -206,6 +215,9 @@ class ContactTableRow:
     strips: TheoryContact | None = None
     strip_stiffness_N_per_mm: float | None = None
     cheapest: TheoryAnswer = _UNRESOLVED
+    hertz_creep: LinearCreep | None = None
+    spring_creep: tuple[LinearCreep | None, ...] = ()
+    creep_note: str = ""
     problem: str = ""
 
 
@@ -277,7 +289,9 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
     except InputError as error:
         problem = str(error)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
-    line = ContactTableRow(case=case, placement=placement, hertz=hertz, points=compute_hertz_points(case, placement))
+    line = _add_linear_creep(
+        ContactTableRow(case=case, placement=placement, hertz=hertz, points=compute_hertz_points(case, placement))
+    )
     strips = THEORIES[STRIPS].approximate(loaded)
     if not isinstance(strips, TheoryContact):
         return replace(line, problem=f"{problem}{'; ' * bool(problem)}{THEORIES[STRIPS].words}: {strips}")
@@ -289,6 +303,34 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
         cheapest=find_cheapest_theory(
             _iterate_standings(loaded, strips), in_range=not case.criteria.theories_out_of_range
         ),
+    )
+
+
+def _add_linear_creep(line: ContactTableRow) -> ContactTableRow:
+    """Row with Kalker's coefficients of its ellipses.
+
+    The friction, which the pair of materials needs, has no influence on them.
+    """
+    pair = combine_materials(1.0, line.case.wheel_material, line.case.rail_material)
+    points = () if line.points is None else line.points.points
+    creeps: list[LinearCreep | None] = []
+    notes = []
+    for ellipse in (line.hertz, *(point.shared for point in points)):
+        creep = None
+        if ellipse is not None:
+            try:
+                creep = calculate_linear_creep(
+                    *ellipse.rolling_semi_axes_mm, shear_MPa=pair.shear_MPa, poisson=pair.poisson
+                )
+            except InputError as error:
+                notes.append(f"without Kalker's coefficients: {error}")
+        creeps.append(creep)
+    hertz_creep, *spring_creep = creeps
+    return replace(
+        line,
+        hertz_creep=hertz_creep,
+        spring_creep=tuple(spring_creep),
+        creep_note="; ".join(dict.fromkeys(notes)),
     )
 
 
