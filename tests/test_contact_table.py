@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 
 import fecontact
 from fecontact.bodies import STEEL, Material
@@ -16,9 +17,10 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.contact_theories.rolling.kalker import kalker_linear
 from fecontact.criteria import Criteria
-from fecontact.errors import InputError
+from fecontact.errors import InputError, ProgramError
 from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
+from fecontact.outputs.table_grid import TABLE_AXES, arrange_table, find_column_meaning, write_netcdf
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -278,6 +280,69 @@ def test_yaws_are_given_once_and_as_a_list(tmp_path, capsys):
         fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=[])
     with pytest.raises(InputError, match=r"yaws_mrad is 5\.0; give a list"):
         fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=5.0)
+
+
+@pytest.fixture(scope="module")
+def written_table(tmp_path_factory):
+    """A table with a problem, two contact points and yaws, as NetCDF, with its rows."""
+    path = tmp_path_factory.mktemp("table") / "table.nc"
+    grid = ["--shifts=-4,5,40", "--loads-kn", "50", "--yaws-mrad", "0,10", "--roll", "touching"]
+    assert call(["table", *grid, "--out", str(path)]) == 3
+    return path, fecontact.table(WHEELSET, [-4.0, 5.0, 40.0], [50e3], yaws_mrad=[0.0, 10.0])
+
+
+def test_a_netcdf_file_has_all_rows_without_xarray(written_table):
+    path, rows = written_table
+    with netcdf_file(path, mmap=False) as file:
+        coordinates = {name: list(file.variables[name][:]) for name in TABLE_AXES}
+        assert coordinates == {"lateral_shift_mm": [-4.0, 5.0, 40.0], "yaw_mrad": [0.0, 10.0], "load_kN": [50.0]}
+        assert set(file.variables) == set(rows[0])
+        assert file.variables["strip_stiffness_N_per_mm"].units == b"N mm-1"
+        assert file.variables["touch2_f33_Nmm2"].units == b"N mm2"
+        inputs = json.loads(file.inputs)
+        assert (inputs["wheel"], inputs["roll"]) == ("S1002", "touching")
+        assert not {"lateral_shift_mm", "yaw_rad", "load_N"} & set(inputs)
+        for row in rows:
+            place = tuple(coordinates[name].index(row[name]) for name in TABLE_AXES)
+            for name, value in row.items():
+                if name in TABLE_AXES:
+                    continue
+                stored = file.variables[name][:][place]
+                if isinstance(value, str):
+                    assert b"".join(stored).rstrip(b"\0").decode("utf-8") == value, name
+                elif value is None:
+                    assert not np.any(stored) if stored.dtype.kind == "S" else np.isnan(stored), name
+                else:
+                    assert stored == value, name
+
+
+def test_a_netcdf_file_is_the_data_set_of_the_rows(written_table):
+    xarray = pytest.importorskip("xarray")
+    path, rows = written_table
+    expected = fecontact.to_xarray(rows)
+    with xarray.open_dataset(path, engine="scipy") as stored:
+        xarray.testing.assert_equal(stored.load(), expected)
+        for name in stored.variables:
+            assert stored[name].attrs == expected[name].attrs, name
+        assert stored.strip_p_max_MPa.dims == TABLE_AXES
+        assert stored.strip_p_max_MPa.units == "MPa"
+        assert "40 mm of the wheelset" in stored.problem.sel(lateral_shift_mm=40.0, yaw_mrad=10.0).item()
+        at_5_mm = stored.strip_patches.sel(lateral_shift_mm=5.0, yaw_mrad=0.0, load_kN=50.0)
+    assert at_5_mm == 2
+
+
+def test_texts_that_are_not_ascii_are_kept(tmp_path):
+    texts = ["Schiene Ü", "", "ж"]
+    rows = [{"lateral_shift_mm": k, "yaw_mrad": 0.0, "load_kN": 50.0, "problem": t} for k, t in enumerate(texts)]
+    path = write_netcdf(arrange_table(rows), tmp_path / "texts.nc")
+    with netcdf_file(path, mmap=False) as file:
+        stored = [b"".join(line).rstrip(b"\0").decode("utf-8") for line in file.variables["problem"][:, 0, 0]]
+    assert stored == texts
+    assert find_column_meaning("map_multi_hertz_verdict") == "verdict on the theory multi_hertz; stored map"
+    with pytest.raises(ProgramError, match="column touch1_colour is not declared"):
+        find_column_meaning("touch1_colour")
+    with pytest.raises(InputError, match="the contact table has no rows"):
+        arrange_table([])
 
 
 @pytest.mark.slow

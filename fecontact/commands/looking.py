@@ -196,13 +196,14 @@ def table(
     yaws_mrad
         Yaws of the wheelset in mrad, in the form of the shifts, such as -10,0,10; if not given, the yaw of --yaw-mrad.
     out
-        File for the table as CSV, with units in the names of its columns.
+        File for the table: CSV, or NetCDF if it ends in .nc. Units are in the names of the columns.
     map_
         Folder of a map of the same contact; its verdicts are added to rows with equal shift, yaw and load.
     json
         Print the table as JSON and nothing else.
     """
     from fecontact.outputs.alone import contact_table_lines
+    from fecontact.outputs.table_grid import arrange_table, write_netcdf
     from fecontact.outputs.tables import write_csv
     from fecontact.runs.alone import table as made_table
 
@@ -221,7 +222,10 @@ def table(
         rows = made_table(case, positions, loads_N, yaws_mrad=yaws, map_folder=map_, progress=progress)
     if out is not None:
         with reporting_replaced_files(out):
-            write_csv(rows, out)
+            if out.suffix.lower() == ".nc":
+                write_netcdf(arrange_table(rows, case), out)
+            else:
+                write_csv(rows, out)
     print_answer(rows, contact_table_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
 

@@ -158,7 +158,7 @@ def _spring_columns(line: ContactTableRow, touch_index: int) -> Record:
 
 
 def _creep_columns(creep: LinearCreep | None, prefix: str = "") -> Record:
-    """Columns of Kalker's coefficients, and of their factors of the linear creep force; none without them."""
+    """Columns of Kalker's coefficients and of the factors of the linear creep force."""
     if creep is None:
         return {}
     return {

@@ -14,6 +14,7 @@ from fecontact.inputs.texts import require_number_list
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_columns, map_columns, table_row
 from fecontact.outputs.records.results import hertz_record
+from fecontact.outputs.table_grid import TABLE_AXES
 from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
 from fecontact.runs.map_lookup import read_map_rows, read_map_yaw_rad
 from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
@@ -108,7 +109,6 @@ def theories() -> Record:
 
 Line = tuple[float, float, float]
 """Lateral shift in mm, yaw in mrad and load in kN."""
-_AXES = ("lateral_shift_mm", "yaw_mrad", "load_kN")
 # Decimals to which shifts (mm), yaws (mrad) and loads (kN) are compared.
 _KEY_DECIMALS = 6
 
@@ -174,7 +174,7 @@ def table(
         if map_rows_by_line is not None:
             row |= map_columns(map_rows_by_line.get(_line_key(row)))
         rows.append(row)
-    rows_by_line = {_line(row): row for row in rows}
+    rows_by_line = {_read_line(row): row for row in rows}
     middles = list(_iterate_middles(list(rows_by_line)))
     for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
         _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
@@ -193,7 +193,7 @@ def _require_yaws_rad(case: Case, yaws_mrad: Sequence[float] | None) -> list[flo
 
 
 def _read_map_lines(folder: Path, case: Case, yaws_rad: Sequence[float]) -> dict[Line, Mapping[str, str]]:
-    """Rows of a stored map by their lines; all of them have the yaw of the map."""
+    """Rows of a stored map by their lines, with the yaw of the map."""
     map_yaw_rad = read_map_yaw_rad(folder)
     map_yaw_mrad = round(1e3 * map_yaw_rad, _KEY_DECIMALS)
     has_map_yaw = map_yaw_mrad in [round(1e3 * yaw_rad, _KEY_DECIMALS) for yaw_rad in yaws_rad]
@@ -235,13 +235,13 @@ def _place_on_line(case: Case, line: Line) -> Case:
     return replace(case, lateral_shift_mm=shift_mm, yaw_rad=yaw_mrad / 1e3, load_N=1e3 * load_kN)
 
 
-def _line(row: Mapping[str, Any]) -> Line:
+def _read_line(row: Mapping[str, Any]) -> Line:
     """Line of a row."""
-    shift_mm, yaw_mrad, load_kN = (float(row[name]) for name in _AXES)
+    shift_mm, yaw_mrad, load_kN = (float(row[name]) for name in TABLE_AXES)
     return shift_mm, yaw_mrad, load_kN
 
 
 def _line_key(row: Mapping[str, Any]) -> Line:
     """Line of a row, rounded, as the key of rows of a map."""
-    shift_mm, yaw_mrad, load_kN = (round(value, _KEY_DECIMALS) for value in _line(row))
+    shift_mm, yaw_mrad, load_kN = (round(value, _KEY_DECIMALS) for value in _read_line(row))
     return shift_mm, yaw_mrad, load_kN
