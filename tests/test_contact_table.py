@@ -205,7 +205,7 @@ def test_a_circle_has_the_row_of_kalkers_table(rail_radius_mm, poisson, columns)
 
 
 def test_factors_of_the_table_give_the_linear_creep_force(rows):
-    """Each contact point by the ellipse under its share of the load, compared with the command for creep forces."""
+    """Each contact point has the ellipse under its share of the load."""
     row = rows[-2]
     assert row["contact_points"] == 2
     creepages = Creepages(xi=1e-5, eta=2e-5, spin_per_mm=3e-6)

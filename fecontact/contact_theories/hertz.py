@@ -98,7 +98,7 @@ class HertzContact:
 
     @property
     def rolling_semi_axes_mm(self) -> tuple[float, float]:
-        """Semi-axes in mm of an ellipse along x and across with the area of the patch.
+        """Semi-axes in mm along x and across of an ellipse of equal area.
 
         Their ratio is the ratio of the extents, so they are `a_mm` and `b_mm` if the axes are not turned.
         """
