@@ -7,14 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.io import netcdf_file
 
 import fecontact
+from fecontact.bodies import STEEL, Material
 from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES
+from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
+from fecontact.contact_theories.rolling.kalker import kalker_linear
 from fecontact.criteria import Criteria
+from fecontact.errors import InputError, ProgramError
 from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
+from fecontact.outputs.table_grid import TABLE_AXES, arrange_table, find_column_meaning, write_netcdf
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -177,6 +183,166 @@ def test_a_table_as_json_is_the_table_alone(capsys):
     (row,) = json.loads(capsys.readouterr().out)
     (same,) = fecontact.table(WHEELSET, [4.0], [100e3])
     assert row["strip_p_max_MPa"] == same["strip_p_max_MPa"]
+
+
+@pytest.mark.parametrize(
+    ("rail_radius_mm", "poisson", "columns"),
+    [(460.0, 0.25, (4.12, 3.67, 1.47, 1.19)), (460.0, 0.0, (3.4, 3.4, 1.33, 1.21))],
+)
+def test_a_circle_has_the_row_of_kalkers_table(rail_radius_mm, poisson, columns):
+    """Crossed cylinders of equal radius have a circular patch: the row a/b = 1 of Kalker (1990), Table E.3."""
+    steel = Material(young_MPa=210e3, poisson=poisson)
+    case = replace(ELLIPTIC, rail=f"circle:{rail_radius_mm}", wheel_material=steel, rail_material=steel)
+    (row,) = fecontact.table(case, [0.0], [100e3])
+    for place in ("hertz", "touch1"):
+        kalker = [row[f"{place}_kalker_c{index}"] for index in (11, 22, 23, 33)]
+        assert kalker == pytest.approx(columns, rel=1e-6), place
+        # the force per creepage by hand, with the semi-axis of the row
+        shear = steel.young_MPa / (2.0 * (1.0 + poisson))
+        powers = {"f11_N": 2, "f22_N": 2, "f23_Nmm": 3, "f33_Nmm2": 4}
+        for (name, power), value in zip(powers.items(), columns, strict=True):
+            assert row[f"{place}_{name}"] == pytest.approx(shear * row["hertz_a_mm"] ** power * value, rel=1e-6), name
+
+
+def test_factors_of_the_table_give_the_linear_creep_force(rows):
+    """Each contact point has the ellipse under its share of the load."""
+    row = rows[-2]
+    assert row["contact_points"] == 2
+    creepages = Creepages(xi=1e-5, eta=2e-5, spin_per_mm=3e-6)
+    for place in ("touch1", "touch2"):
+        axes = {f"{axis}_mm": row[f"{place}_ellipse_{axis}_mm"] for axis in "ab"}
+        ellipse = RollingEllipse(
+            **axes, normal_force_N=1.0, friction=0.3, shear_MPa=STEEL.shear_MPa, poisson=STEEL.poisson
+        )
+        force = kalker_linear(ellipse, creepages)
+        f11, f22, f23, f33 = (row[f"{place}_{name}"] for name in ("f11_N", "f22_N", "f23_Nmm", "f33_Nmm2"))
+        assert force.fx_N == pytest.approx(-f11 * 1e-5, rel=1e-9)
+        assert force.fy_N == pytest.approx(-f22 * 2e-5 - f23 * 3e-6, rel=1e-9)
+        assert force.mz_Nmm == pytest.approx(f23 * 2e-5 - f33 * 3e-6, rel=1e-9)
+
+
+def test_beyond_kalkers_table_the_coefficients_are_empty_with_a_reason():
+    """A rail of 6 mm below a wheel of 460 mm: the patch is more than 10 times as long as it is wide."""
+    (row,) = fecontact.table(replace(ELLIPTIC, rail="circle:6"), [0.0], [1e3])
+    assert row["hertz_a_mm"] > 10.0 * row["hertz_b_mm"]
+    assert "hertz_kalker_c11" not in row
+    assert re.search(r"without Kalker's coefficients: a/b is 1\d\.\d+; allowed: 0.1 to 10", row["hertz_notes"])
+
+
+YAWS_MRAD = [-10.0, 0.0, 7.0, 10.0]
+
+
+@pytest.fixture(scope="module")
+def yawed_rows():
+    return fecontact.table(WHEELSET, [-4.0], [50e3, 60e3], yaws_mrad=YAWS_MRAD)
+
+
+def test_yaw_is_an_axis_between_shift_and_load(yawed_rows):
+    assert [(row["yaw_mrad"], row["load_kN"]) for row in yawed_rows] == [
+        (yaw, load) for yaw in YAWS_MRAD for load in (50.0, 60.0)
+    ]
+    by_line = {(row["yaw_mrad"], row["load_kN"]): row for row in yawed_rows}
+    # the yaw of the case gives an equal row, and a table without yaws has the yaw of its case
+    (row,) = fecontact.table(replace(WHEELSET, yaw_rad=0.007), [-4.0], [50e3])
+    assert row["yaw_mrad"] == 7.0
+    neighbours = ("strip_approach_between_percent", "strip_stiffness_between_percent")
+    assert row == {name: value for name, value in by_line[7.0, 50.0].items() if name not in neighbours}
+    # a yaw and its opposite are mirror images: the rail has equal sections, and the wheel is a body of revolution
+    for name in ("roll_mrad", *(f"{theory}_{size}" for theory in ("hertz", "strip") for size in SIZES)):
+        left, straight, right = (by_line[yaw, 50.0][name] for yaw in (-10.0, 0.0, 10.0))
+        assert left == pytest.approx(right, rel=1e-6), name
+        assert straight != pytest.approx(right, rel=1e-6), name
+
+
+def test_interpolation_between_yaws_is_checked_in_the_middle(yawed_rows):
+    by_line = {(row["yaw_mrad"], row["load_kN"]): row for row in yawed_rows}
+    (middle,) = fecontact.table(WHEELSET, [-4.0], [55e3], yaws_mrad=[-5.0])
+    corners = [by_line[yaw, load]["strip_approach_mm"] for yaw in (-10.0, 0.0) for load in (50.0, 60.0)]
+    missed_percent = 100.0 * abs(np.mean(corners) / middle["strip_approach_mm"] - 1.0)
+    # -10 mrad has this middle alone
+    assert by_line[-10.0, 50.0]["strip_approach_between_percent"] == pytest.approx(missed_percent, rel=1e-9)
+    table, *notes = contact_table_lines(yawed_rows)
+    assert [row.cells[1] for row in table.rows[::2]] == ["-10.00", "+0.00", "+7.00", "+10.00"]
+    assert "midway between rows" in notes[0]
+    assert "mrad" in notes[0]
+
+
+def test_yaws_are_given_once_and_as_a_list(tmp_path, capsys):
+    out = tmp_path / "table.csv"
+    grid = ["--shifts=-4", "--loads-kn", "50"]
+    assert call(["table", *grid, "--yaws-mrad=-10:10:10", "--out", str(out)]) == 0
+    assert [row["yaw_mrad"] for row in csv.DictReader(out.read_text("utf-8").splitlines())] == ["-10.0", "0.0", "10.0"]
+    assert call(["table", *grid, "--yaws-mrad", "x"]) == 2
+    assert "yaws 'x'" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"yaw_rad is 0\.01, and yaws_mrad is given too"):
+        fecontact.table(replace(WHEELSET, yaw_rad=0.01), [0.0], [50e3], yaws_mrad=[5.0])
+    with pytest.raises(InputError, match="give at least one lateral shift, one yaw and one load"):
+        fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=[])
+    with pytest.raises(InputError, match=r"yaws_mrad is 5\.0; give a list"):
+        fecontact.table(WHEELSET, [0.0], [50e3], yaws_mrad=5.0)
+
+
+@pytest.fixture(scope="module")
+def written_table(tmp_path_factory):
+    """A table with a problem, two contact points and yaws, as NetCDF, with its rows."""
+    path = tmp_path_factory.mktemp("table") / "table.nc"
+    grid = ["--shifts=-4,5,40", "--loads-kn", "50", "--yaws-mrad", "0,10", "--roll", "touching"]
+    assert call(["table", *grid, "--out", str(path)]) == 3
+    return path, fecontact.table(WHEELSET, [-4.0, 5.0, 40.0], [50e3], yaws_mrad=[0.0, 10.0])
+
+
+def test_a_netcdf_file_has_all_rows_without_xarray(written_table):
+    path, rows = written_table
+    with netcdf_file(path, mmap=False) as file:
+        coordinates = {name: list(file.variables[name][:]) for name in TABLE_AXES}
+        assert coordinates == {"lateral_shift_mm": [-4.0, 5.0, 40.0], "yaw_mrad": [0.0, 10.0], "load_kN": [50.0]}
+        assert set(file.variables) == set(rows[0])
+        assert file.variables["strip_stiffness_N_per_mm"].units == b"N mm-1"
+        assert file.variables["touch2_f33_Nmm2"].units == b"N mm2"
+        inputs = json.loads(file.inputs)
+        assert (inputs["wheel"], inputs["roll"]) == ("S1002", "touching")
+        assert not {"lateral_shift_mm", "yaw_rad", "load_N"} & set(inputs)
+        for row in rows:
+            place = tuple(coordinates[name].index(row[name]) for name in TABLE_AXES)
+            for name, value in row.items():
+                if name in TABLE_AXES:
+                    continue
+                stored = file.variables[name][:][place]
+                if isinstance(value, str):
+                    assert b"".join(stored).rstrip(b"\0").decode("utf-8") == value, name
+                elif value is None:
+                    assert not np.any(stored) if stored.dtype.kind == "S" else np.isnan(stored), name
+                else:
+                    assert stored == value, name
+
+
+def test_a_netcdf_file_is_the_data_set_of_the_rows(written_table):
+    xarray = pytest.importorskip("xarray")
+    path, rows = written_table
+    expected = fecontact.to_xarray(rows)
+    with xarray.open_dataset(path, engine="scipy") as stored:
+        xarray.testing.assert_equal(stored.load(), expected)
+        for name in stored.variables:
+            assert stored[name].attrs == expected[name].attrs, name
+        assert stored.strip_p_max_MPa.dims == TABLE_AXES
+        assert stored.strip_p_max_MPa.units == "MPa"
+        assert "40 mm of the wheelset" in stored.problem.sel(lateral_shift_mm=40.0, yaw_mrad=10.0).item()
+        at_5_mm = stored.strip_patches.sel(lateral_shift_mm=5.0, yaw_mrad=0.0, load_kN=50.0)
+    assert at_5_mm == 2
+
+
+def test_texts_that_are_not_ascii_are_kept(tmp_path):
+    texts = ["Schiene Ü", "", "ж"]
+    rows = [{"lateral_shift_mm": k, "yaw_mrad": 0.0, "load_kN": 50.0, "problem": t} for k, t in enumerate(texts)]
+    path = write_netcdf(arrange_table(rows), tmp_path / "texts.nc")
+    with netcdf_file(path, mmap=False) as file:
+        stored = [b"".join(line).rstrip(b"\0").decode("utf-8") for line in file.variables["problem"][:, 0, 0]]
+    assert stored == texts
+    assert find_column_meaning("map_multi_hertz_verdict") == "verdict on the theory multi_hertz; stored map"
+    with pytest.raises(ProgramError, match="column touch1_colour is not declared"):
+        find_column_meaning("touch1_colour")
+    with pytest.raises(InputError, match="the contact table has no rows"):
+        arrange_table([])
 
 
 @pytest.mark.slow

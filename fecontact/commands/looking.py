@@ -219,40 +219,53 @@ def table(
     *,
     options: CaseOptions,
     grid: GridOptions,
+    yaws_mrad: Annotated[str | None, Parameter(name="--yaws-mrad", allow_leading_hyphen=True)] = None,
     out: Path | None = None,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: bool = False,
 ) -> int:
-    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift and load (no mesh).
+    """Compute a contact table for a vehicle code: contact points, patches, stiffness by shift, yaw, load (no mesh).
 
     The wheelset rolls until both wheels touch, unless a roll is given.
 
     Parameters
     ----------
+    yaws_mrad
+        Yaws of the wheelset in mrad, in the form of the shifts, such as -10,0,10; if not given, the yaw of --yaw-mrad.
     out
-        File for the table (.csv), with units in the names of its columns.
+        File for the table, CSV (.csv) or NetCDF (.nc). Units are in the names of the columns.
     map_
-        Folder of a map of the same contact; its verdicts are added to rows with equal shift and load.
+        Folder of a map of the same contact; its verdicts are added to rows with equal shift, yaw and load.
     json
         Print the table as JSON and nothing else.
     """
     from fecontact.files import require_ending
     from fecontact.outputs.alone import contact_table_lines
+    from fecontact.outputs.table_grid import NETCDF_ENDING, arrange_table, write_netcdf
     from fecontact.outputs.tables import TABLE_ENDINGS, write_csv
     from fecontact.runs.alone import table as made_table
 
     if out is not None:
-        require_ending(out, TABLE_ENDINGS, "table")
+        require_ending(out, (*TABLE_ENDINGS, NETCDF_ENDING), "table")
     case, positions, loads_N = options.case(), grid.shifts_mm, grid.loads_N
-    print_notes(describe_unusual_inputs([replace(case, load_N=load_N) for load_N in loads_N]))
+    yaws = None if yaws_mrad is None else parse_numbers(yaws_mrad, "yaws")
+    yaws_rad = [case.yaw_rad] if yaws is None else [yaw_mrad / 1e3 for yaw_mrad in yaws]
+    print_notes(
+        describe_unusual_inputs(
+            [replace(case, load_N=load_N, yaw_rad=yaw_rad) for yaw_rad in yaws_rad for load_N in loads_N]
+        )
+    )
     print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
-    lines = len(positions) * len(loads_N)
+    lines = len(positions) * len(yaws_rad) * len(loads_N)
     announce(f"{count_text(lines, 'row')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
     with show_job_progress("rows") as progress:
-        rows = made_table(case, positions, loads_N, map_folder=map_, progress=progress)
+        rows = made_table(case, positions, loads_N, yaws_mrad=yaws, map_folder=map_, progress=progress)
     if out is not None:
         with reporting_replaced_files(out):
-            write_csv(rows, out)
+            if out.suffix.lower() == NETCDF_ENDING:
+                write_netcdf(arrange_table(rows, case), out)
+            else:
+                write_csv(rows, out)
     print_answer(rows, contact_table_lines, json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
 

@@ -96,6 +96,16 @@ class HertzContact:
         cosine, sine = math.cos(self.orientation_rad), math.sin(self.orientation_rad)
         return 2.0 * math.hypot(self.a_mm * sine, self.b_mm * cosine)
 
+    @property
+    def rolling_semi_axes_mm(self) -> tuple[float, float]:
+        """Semi-axes in mm along x and across of an ellipse of equal area.
+
+        Their ratio is the ratio of the extents, so they are `a_mm` and `b_mm` if the axes are not turned.
+        """
+        a, b = 0.5 * self.extent_x_mm, 0.5 * self.extent_y_mm
+        scale = math.sqrt(self.a_mm * self.b_mm / (a * b))
+        return scale * a, scale * b
+
     def pressure_MPa(self, x_mm: ArrayLike, y_mm: ArrayLike) -> Floats:
         """Pressure at given points, in MPa.
 

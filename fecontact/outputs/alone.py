@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.contact_theories.registry import THEORIES
-from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
+from fecontact.contact_theories.rolling.kalker import LinearCreep
 from fecontact.judging.measures import read_hertz_measures, read_theory_measures
 from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.flat_records import Record, flatten, select_attributes
@@ -50,6 +50,8 @@ def table_row(line: ContactTableRow) -> Record:
     """
     row: Record = {
         "lateral_shift_mm": line.case.lateral_shift_mm,
+        # rounded, so that 7 mrad stay 7 mrad after their conversion to rad and back
+        "yaw_mrad": round(1e3 * line.case.yaw_rad, 9),
         "load_kN": line.case.load_N / 1e3,
         "problem": line.problem,
     }
@@ -66,9 +68,12 @@ def table_row(line: ContactTableRow) -> Record:
             read_hertz_measures(hertz), SIZE_MEASURES, "hertz_"
         )
         row["hertz_stiffness_N_per_mm"] = 1.5 * hertz.normal_force_N / hertz.approach_mm
+        row |= _creep_columns(line.hertz_creep, "hertz_")
     if springs is not None:
         first_note = next(point.whole_note for point in reversed(springs.points) if point.contact_point_number == 0)
-        row["hertz_notes"] = "; ".join(dict.fromkeys(filter(None, [first_note, *springs.shared_notes])))
+        row["hertz_notes"] = "; ".join(
+            dict.fromkeys(filter(None, [first_note, *springs.shared_notes, line.creep_note]))
+        )
     row["strip_status"] = "no contact" if strips is None else strips.status
     if strips is not None:
         row |= {
@@ -83,7 +88,7 @@ def table_row(line: ContactTableRow) -> Record:
         row |= {"springs_approach_mm": springs.shared_approach_mm, "springs_p_max_MPa": springs.shared_p_max_MPa}
     return row | contact_point_columns(
         line.placement,
-        {touch_index: _spring_columns(springs, touch_index) for touch_index in range(row["contact_points"])},
+        {touch_index: _spring_columns(line, touch_index) for touch_index in range(row["contact_points"])},
     )
 
 
@@ -127,19 +132,39 @@ def contact_point_columns(placement: Placement, springs: Mapping[int, Record]) -
     )
 
 
-def _spring_columns(points: HertzAtContactPoints | None, touch_index: int) -> Record:
-    """Columns of the spring of a contact point and of its ellipse.
+def _spring_columns(line: ContactTableRow, touch_index: int) -> Record:
+    """Columns of the spring of a contact point and of its ellipse, with Kalker's coefficients.
 
     The ellipse has the force that this contact point takes as one of several springs.
     """
     springs = (
-        [point for point in points.points if point.contact_point_number == touch_index and point.side != "gauge"]
-        if points
+        [
+            (point, creep)
+            for point, creep in zip(line.points.points, line.spring_creep, strict=True)
+            if point.contact_point_number == touch_index and point.side != "gauge"
+        ]
+        if line.points
         else []
     )
-    if not springs or springs[0].whole is None:
+    if not springs or springs[0][0].whole is None:
         return {}
-    return {"spring_N_per_mm15": springs[0].whole.stiffness_N_per_mm15} | ellipse_columns(springs[0].shared)
+    spring, creep = springs[0]
+    assert spring.whole is not None
+    return {
+        "spring_N_per_mm15": spring.whole.stiffness_N_per_mm15,
+        **ellipse_columns(spring.shared),
+        **_creep_columns(creep),
+    }
+
+
+def _creep_columns(creep: LinearCreep | None, prefix: str = "") -> Record:
+    """Columns of Kalker's coefficients and of the factors of the linear creep force."""
+    if creep is None:
+        return {}
+    return {
+        **select_attributes(creep.coefficients, "c11 c22 c23 c33", f"{prefix}kalker_"),
+        **select_attributes(creep, "f11_N f22_N f23_Nmm f33_Nmm2", prefix),
+    }
 
 
 def ellipse_columns(shared: HertzContact | None) -> Record:
@@ -205,8 +230,9 @@ def map_columns(row: Mapping[str, str] | None) -> Record:
 
 # --- A contact table on the terminal: its most important columns.
 
+_SHIFT_COLUMN = number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}")
+_YAW_COLUMN = number_column("yaw\nmrad", "yaw_mrad", "{:+z.2f}")
 _COLUMNS = (
-    number_column("shift\nmm", "lateral_shift_mm", "{:+z.2f}"),
     number_column("load\nkN", "load_kN"),
     number_column("angle\nmrad", "touch1_contact_angle_rad", "{:.1f}", 1e3, rank=2, name="angle"),
     number_column("points", "contact_points", "{:.0f}", rank=1, name="points"),
@@ -223,9 +249,15 @@ _COLUMNS = (
 _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
+def _position_text(row: TableRecord) -> str:
+    """Shift, yaw and load of a row; a yaw of zero is left out."""
+    yaw_text = f", yaw {row['yaw_mrad']:+g} mrad" if row.get("yaw_mrad") else ""
+    return f"{row['lateral_shift_mm']:+z.2f} mm{yaw_text}, {row['load_kN']:g} kN"
+
+
 def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
-    return f"{worst[name]:.2g} % (next to {worst['lateral_shift_mm']:+z.2f} mm, {worst['load_kN']:g} kN)"
+    return f"{worst[name]:.2g} % (next to {_position_text(worst)})"
 
 
 def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
@@ -234,7 +266,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
     Parameters
     ----------
     rows
-        Rows of the table. Columns of a map are shown if the rows have them.
+        Rows of the table. Columns of a map are shown if the rows have them, and a column of yaws if a wheel has a yaw.
 
     Returns
     -------
@@ -242,16 +274,18 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
         The table, the errors of interpolation, and the problems of single lines.
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)
-    yield make_table("Contact table", [*_COLUMNS, *[_MAP_COLUMN] * has_map_columns], rows)
+    has_yaws = any(row.get("yaw_mrad") for row in rows)
+    columns = [_SHIFT_COLUMN, *[_YAW_COLUMN] * has_yaws, *_COLUMNS, *[_MAP_COLUMN] * has_map_columns]
+    yield make_table("Contact table", columns, rows)
     if worst_texts := [
         _worst_interpolation_text(rows, name)
         for name in INTERPOLATION_ERROR_COLUMNS.values()
         if any(name in row for row in rows)
     ]:
         yield (
-            "error of linear interpolation midway between shifts and loads: approach of the strip method up to"
+            "error of linear interpolation midway between rows: approach of the strip method up to"
             f" {worst_texts[0]}, stiffness up to {worst_texts[1]}; smaller steps there reduce it"
         )
     for row in rows:
         for note in filter(None, (row["problem"], row.get("hertz_notes"))):
-            yield f"{row['lateral_shift_mm']:+z.2f} mm, {row['load_kN']:g} kN: {note}"
+            yield f"{_position_text(row)}: {note}"

@@ -14,8 +14,9 @@ from fecontact.inputs.texts import require_number_list
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_columns, map_columns, table_row
 from fecontact.outputs.records.results import hertz_record
+from fecontact.outputs.table_grid import TABLE_AXES
 from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
-from fecontact.runs.map_lookup import read_map_rows
+from fecontact.runs.map_lookup import read_map_rows, read_map_yaw_rad
 from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
 from fecontact.solving.hertz_alone import evaluate_hertz
 
@@ -104,10 +105,11 @@ def theories() -> Record:
     return list_theories()
 
 
-# --- Contact tables for vehicle codes: lines over shift and load, with the verdicts of a stored map if it has them.
+# --- Contact tables for vehicle codes: lines over shift, yaw and load, with the verdicts of a stored map.
 
-Line = tuple[float, float]
-# Decimals to which shifts (mm) and loads (kN) are compared.
+Line = tuple[float, float, float]
+"""Lateral shift in mm, yaw in mrad and load in kN."""
+# Decimals to which shifts (mm), yaws (mrad) and loads (kN) are compared.
 _KEY_DECIMALS = 6
 
 
@@ -116,37 +118,41 @@ def table(
     lateral_shifts_mm: Sequence[float],
     loads_N: Sequence[float],
     *,
+    yaws_mrad: Sequence[float] | None = None,
     map_folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> list[Record]:
-    """Compute a contact table over lateral shift and load, without a solution.
+    """Compute a contact table over lateral shift, yaw and load, without a solution.
 
     Parameters
     ----------
     case
-        Everything except lateral shift and load; its criteria limit the deviation of a cheap theory from the strips.
+        Everything except lateral shift, `yaws_mrad` and load; its criteria limit the deviation of a cheap theory from
+        the strips.
     lateral_shifts_mm
         Lateral shifts of the wheelset, in mm.
     loads_N
         Wheel loads, in N.
+    yaws_mrad
+        Yaws of the wheelset, in mrad; None for the yaw of the case.
     map_folder
         Folder of a map that `fecontact map` wrote for this pair: columns `map_*` have its verdicts at its shifts and
-        loads.
+        loads, in rows with its yaw.
     progress
         Receives the progress as for `run`, with lines in place of cases.
 
     Returns
     -------
     list of dict
-        Flat dictionaries with units in their keys, a dictionary per shift and load. `strip_approach_between_percent`
-        and `strip_stiffness_between_percent` are the errors of linear interpolation to the neighbouring shifts and
-        loads, compared with the strips in the middle between them. A position without contact is a row with its
-        `problem`.
+        Flat dictionaries with units in their keys, a dictionary per shift, yaw and load, in this order.
+        `strip_approach_between_percent` and `strip_stiffness_between_percent` are the errors of linear interpolation to
+        the neighbouring shifts, yaws and loads, compared with the strips in the middle between them. A position without
+        contact is a row with its `problem`.
 
     Raises
     ------
     InputError
-        Without shifts and loads, or for a map of another pair.
+        Without shifts, yaws and loads, with yaws for a case with a yaw, or for a map of another pair.
 
     Examples
     --------
@@ -156,38 +162,54 @@ def table(
     [(0.0, 50.0, 'strip'), (0.0, 100.0, 'strip'), (4.0, 50.0, 'hertz'), (4.0, 100.0, 'hertz')]
     """
     shifts, loads = require_number_list(lateral_shifts_mm, "lateral_shifts_mm"), require_number_list(loads_N, "loads_N")
-    if not shifts or not loads:
-        raise InputError("table: give at least one lateral shift and one load")
-    map_rows_by_line = (
-        None if map_folder is None else {_line_key(row): row for row in read_map_rows(Path(map_folder), case)}
-    )
+    yaws = _require_yaws_rad(case, yaws_mrad)
+    if not (shifts and yaws and loads):
+        raise InputError("table: give at least one lateral shift, one yaw and one load")
+    map_rows_by_line = None if map_folder is None else _read_map_lines(Path(map_folder), case, yaws)
     rows = []
-    lines = iterate_table_rows(case, shifts, loads)
-    for line in report_progress(lines, len(shifts) * len(loads), progress, "strips and cheaper theories"):
+    lines = iterate_table_rows(case, shifts, loads, yaws)
+    line_count = len(shifts) * len(yaws) * len(loads)
+    for line in report_progress(lines, line_count, progress, "strips and cheaper theories"):
         row = table_row(line)
         if map_rows_by_line is not None:
             row |= map_columns(map_rows_by_line.get(_line_key(row)))
         rows.append(row)
-    rows_by_line = {(float(row["lateral_shift_mm"]), float(row["load_kN"])): row for row in rows}
-    middles = list(_iterate_middles(shifts, [load_N / 1e3 for load_N in loads]))
+    rows_by_line = {_read_line(row): row for row in rows}
+    middles = list(_iterate_middles(list(rows_by_line)))
     for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
         _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
     return equalise_columns(rows)
 
 
-def _iterate_middles(shifts: Sequence[float], loads_kN: Sequence[float]) -> Iterator[tuple[Line, list[Line]]]:
-    """Yield the middles between neighbouring lines, each with the lines around it.
+def _require_yaws_rad(case: Case, yaws_mrad: Sequence[float] | None) -> list[float]:
+    """Yaws of a table in rad; the yaw of the case if no yaws are given."""
+    if yaws_mrad is None:
+        return [case.yaw_rad]
+    if case.yaw_rad != 0.0:
+        raise InputError(
+            f"yaw_rad is {case.yaw_rad:g}, and yaws_mrad is given too; give the yaw of the case or yaws_mrad, not both"
+        )
+    return [yaw_mrad / 1e3 for yaw_mrad in require_number_list(yaws_mrad, "yaws_mrad")]
 
-    A middle is a shift in mm and a load in kN.
-    """
-    axes = [sorted(set(values)) for values in (shifts, loads_kN)]
+
+def _read_map_lines(folder: Path, case: Case, yaws_rad: Sequence[float]) -> dict[Line, Mapping[str, str]]:
+    """Rows of a stored map by their lines, with the yaw of the map."""
+    map_yaw_rad = read_map_yaw_rad(folder)
+    map_yaw_mrad = round(1e3 * map_yaw_rad, _KEY_DECIMALS)
+    has_map_yaw = map_yaw_mrad in [round(1e3 * yaw_rad, _KEY_DECIMALS) for yaw_rad in yaws_rad]
+    # a map with a yaw that the table does not have is the map of another contact
+    rows = read_map_rows(folder, replace(case, yaw_rad=map_yaw_rad if has_map_yaw else yaws_rad[0]))
+    return {_line_key({**row, "yaw_mrad": map_yaw_mrad}): row for row in rows}
+
+
+def _iterate_middles(lines: Sequence[Line]) -> Iterator[tuple[Line, list[Line]]]:
+    """Yield the middles between neighbouring lines, each with the lines around it."""
+    axes = [sorted(set(values)) for values in zip(*lines, strict=True)]
     intervals: list[list[tuple[float, ...]]] = [list(pairwise(values)) or [(values[0],)] for values in axes]
-    for shift_interval, load_interval in product(*intervals):
-        if len(shift_interval) + len(load_interval) > 2:
-            yield (
-                (sum(shift_interval) / len(shift_interval), sum(load_interval) / len(load_interval)),
-                list(product(shift_interval, load_interval)),
-            )
+    for shifts, yaws, loads in product(*intervals):
+        corners = list(product(shifts, yaws, loads))
+        if len(corners) > 1:
+            yield (sum(shifts) / len(shifts), sum(yaws) / len(yaws), sum(loads) / len(loads)), corners
 
 
 def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) -> None:
@@ -195,7 +217,7 @@ def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) 
 
     A row keeps the largest error of all its middles, in %.
     """
-    strip_values = compute_strip_stiffness(replace(case, lateral_shift_mm=middle[0], load_N=1e3 * middle[1]))
+    strip_values = compute_strip_stiffness(_place_on_line(case, middle))
     if strip_values is None or not all("strip_approach_mm" in row for row in rows):
         return
     for name, value in zip(INTERPOLATION_ERROR_COLUMNS, strip_values, strict=True):
@@ -207,6 +229,19 @@ def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) 
             )
 
 
-def _line_key(row: Mapping[str, Any]) -> tuple[float, float]:
-    """Key of a row: lateral shift in mm and load in kN, rounded."""
-    return round(float(row["lateral_shift_mm"]), _KEY_DECIMALS), round(float(row["load_kN"]), _KEY_DECIMALS)
+def _place_on_line(case: Case, line: Line) -> Case:
+    """Case with the shift, yaw and load of a line."""
+    shift_mm, yaw_mrad, load_kN = line
+    return replace(case, lateral_shift_mm=shift_mm, yaw_rad=yaw_mrad / 1e3, load_N=1e3 * load_kN)
+
+
+def _read_line(row: Mapping[str, Any]) -> Line:
+    """Line of a row."""
+    shift_mm, yaw_mrad, load_kN = (float(row[name]) for name in TABLE_AXES)
+    return shift_mm, yaw_mrad, load_kN
+
+
+def _line_key(row: Mapping[str, Any]) -> Line:
+    """Line of a row, rounded, as the key of rows of a map."""
+    shift_mm, yaw_mrad, load_kN = (round(value, _KEY_DECIMALS) for value in _read_line(row))
+    return shift_mm, yaw_mrad, load_kN

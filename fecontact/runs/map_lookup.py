@@ -60,6 +60,22 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
     return list(load_table(folder / "map.csv").rows.to_dict("records"))
 
 
+def read_map_yaw_rad(folder: Path) -> float:
+    """Read the yaw of the wheelset of a stored map.
+
+    Parameters
+    ----------
+    folder
+        Folder of the map.
+
+    Returns
+    -------
+    float
+        Yaw in rad.
+    """
+    return float(read_map_document(folder)["case"]["yaw_rad"])
+
+
 def _select_contact_inputs(record: Mapping[str, Any]) -> Record:
     """Inputs that determine the contact, without the inputs of yielding."""
     contact_inputs = {name: record.get(name) for name in _CONTACT_INPUTS}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 from fecontact.case import Case
 from fecontact.contact_theories.approximation import TheoryContact
@@ -16,6 +17,8 @@ from fecontact.contact_theories.registry import (
     LoadedPlacement,
     find_gap_line,
 )
+from fecontact.contact_theories.rolling.creepage import combine_materials
+from fecontact.contact_theories.rolling.kalker import LinearCreep, calculate_linear_creep
 from fecontact.contact_theories.strips import solve_strip_theory
 from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
 from fecontact.errors import InputError
@@ -165,8 +168,8 @@ def compute_normal_force(case: Case, placement: Placement) -> float:
     return case.load_N / float(placement.first.normal @ compute_load_direction(case, placement))
 
 
-# --- Lines of a contact table over lateral shift and load, for vehicle codes that look up a contact instead of solving
-# it.
+# --- Lines of a contact table over lateral shift, yaw and load, for vehicle codes that look up a contact instead of
+# solving it.
 
 STRIPS = "strip"
 """Name of the strip method among `THEORIES`."""
@@ -183,7 +186,7 @@ class ContactTableRow:
     Attributes
     ----------
     case
-        Case with shift and load of the line.
+        Case with shift, yaw and load of the line.
     placement
         Placement; None if the wheel cannot stand, see `problem`.
     hertz, points
@@ -194,6 +197,13 @@ class ContactTableRow:
         Cheapest theory with peak, area, half-widths and centre that agree with the strips within the case's criteria;
         UNRESOLVED if there are no strips, or if the strips are out of their range. It is not a verdict: no contact is
         solved.
+    hertz_creep
+        Kalker's coefficients of `hertz`; None without an ellipse or outside their range.
+    spring_creep
+        Kalker's coefficients of the ellipse of each entry of `points`, under its share of the load; None for an entry
+        without an ellipse or outside their range.
+    creep_note
+        Reason for missing coefficients, in words.
     problem
         Description of the missing quantities, in words.
     """
@@ -205,15 +215,18 @@ class ContactTableRow:
     strips: TheoryContact | None = None
     strip_stiffness_N_per_mm: float | None = None
     cheapest: TheoryAnswer = _UNRESOLVED
+    hertz_creep: LinearCreep | None = None
+    spring_creep: tuple[LinearCreep | None, ...] = ()
+    creep_note: str = ""
     problem: str = ""
 
 
 def iterate_table_rows(
-    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float]
+    case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], yaws_rad: Sequence[float] | None = None
 ) -> Iterator[ContactTableRow]:
-    """Lines of a contact table, by shift, then load.
+    """Lines of a contact table, by shift, then yaw, then load.
 
-    A wheel is placed once for each shift, or for each load if the roll depends on the load.
+    A wheel is placed once for each shift and yaw, or for each load if the roll depends on the load.
 
     Parameters
     ----------
@@ -221,6 +234,8 @@ def iterate_table_rows(
         Case with profiles and criteria.
     lateral_shifts_mm, loads_N
         Lateral shifts in mm and loads in N.
+    yaws_rad
+        Yaws of the wheelset in rad; None for the yaw of the case.
 
     Yields
     ------
@@ -228,10 +243,10 @@ def iterate_table_rows(
         Line with its problem if a wheel cannot stand, or if no ellipse fits.
     """
     needs_placement_per_load = case.roll == "loaded" and case.roll_load_N is None
-    for shift_mm in lateral_shifts_mm:
+    for shift_mm, yaw_rad in product(lateral_shifts_mm, [case.yaw_rad] if yaws_rad is None else yaws_rad):
         placement: Placement | str | None = None
         for load_N in loads_N:
-            line_case = replace(case, lateral_shift_mm=shift_mm, load_N=load_N)
+            line_case = replace(case, lateral_shift_mm=shift_mm, yaw_rad=yaw_rad, load_N=load_N)
             if placement is None or needs_placement_per_load:
                 placement = place_or_explain(line_case)
             yield (
@@ -274,7 +289,9 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
     except InputError as error:
         problem = str(error)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
-    line = ContactTableRow(case=case, placement=placement, hertz=hertz, points=compute_hertz_points(case, placement))
+    line = _add_linear_creep(
+        ContactTableRow(case=case, placement=placement, hertz=hertz, points=compute_hertz_points(case, placement))
+    )
     strips = THEORIES[STRIPS].approximate(loaded)
     if not isinstance(strips, TheoryContact):
         return replace(line, problem=f"{problem}{'; ' * bool(problem)}{THEORIES[STRIPS].words}: {strips}")
@@ -286,6 +303,34 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
         cheapest=find_cheapest_theory(
             _iterate_standings(loaded, strips), in_range=not case.criteria.theories_out_of_range
         ),
+    )
+
+
+def _add_linear_creep(line: ContactTableRow) -> ContactTableRow:
+    """Row with Kalker's coefficients of its ellipses.
+
+    The friction, which the pair of materials needs, has no influence on them.
+    """
+    pair = combine_materials(1.0, line.case.wheel_material, line.case.rail_material)
+    points = () if line.points is None else line.points.points
+    creeps: list[LinearCreep | None] = []
+    notes = []
+    for ellipse in (line.hertz, *(point.shared for point in points)):
+        creep = None
+        if ellipse is not None:
+            try:
+                creep = calculate_linear_creep(
+                    *ellipse.rolling_semi_axes_mm, shear_MPa=pair.shear_MPa, poisson=pair.poisson
+                )
+            except InputError as error:
+                notes.append(f"without Kalker's coefficients: {error}")
+        creeps.append(creep)
+    hertz_creep, *spring_creep = creeps
+    return replace(
+        line,
+        hertz_creep=hertz_creep,
+        spring_creep=tuple(spring_creep),
+        creep_note="; ".join(dict.fromkeys(notes)),
     )
 
 

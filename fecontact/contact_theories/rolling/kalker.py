@@ -60,6 +60,29 @@ class KalkerCoefficients:
     c33: float
 
 
+@dataclass(frozen=True, kw_only=True)
+class LinearCreep:
+    """Kalker's coefficients of an ellipse, and the factors from creepages to the linear force.
+
+    Attributes
+    ----------
+    coefficients
+        The coefficients, without unit.
+    f11_N, f22_N
+        G a b c11 and G a b c22 in N: force per longitudinal and lateral creepage.
+    f23_Nmm
+        G (a b)^(3/2) c23 in N mm: lateral force per spin in 1/mm, and spin moment per lateral creepage.
+    f33_Nmm2
+        G (a b)^2 c33 in N mm^2: spin moment per spin in 1/mm.
+    """
+
+    coefficients: KalkerCoefficients
+    f11_N: float
+    f22_N: float
+    f23_Nmm: float
+    f33_Nmm2: float
+
+
 def kalker_coefficients(a_over_b: float, poisson: float) -> KalkerCoefficients:
     """Kalker's coefficients of an ellipse, interpolated in his table.
 
@@ -151,6 +174,42 @@ def find_kalker_coefficients(contact: RollingEllipse) -> KalkerCoefficients:
     return kalker_coefficients(contact.a_mm / contact.b_mm, contact.poisson)
 
 
+def calculate_linear_creep(a_mm: float, b_mm: float, *, shear_MPa: float, poisson: float) -> LinearCreep:
+    """Kalker's coefficients of an ellipse, and their factors of the linear force.
+
+    Parameters
+    ----------
+    a_mm, b_mm
+        Semi-axes along the rolling direction and across.
+    shear_MPa, poisson
+        Shear modulus and Poisson's ratio of the pair.
+
+    Returns
+    -------
+    LinearCreep
+        Coefficients and factors.
+
+    Raises
+    ------
+    InputError
+        As in `kalker_coefficients`.
+
+    Examples
+    --------
+    >>> from fecontact.contact_theories.rolling.kalker import calculate_linear_creep
+    >>> round(calculate_linear_creep(5.0, 5.0, shear_MPa=80e3, poisson=0.25).f11_N)
+    8240000
+    """
+    coefficients, ab = kalker_coefficients(a_mm / b_mm, poisson), a_mm * b_mm
+    return LinearCreep(
+        coefficients=coefficients,
+        f11_N=shear_MPa * ab * coefficients.c11,
+        f22_N=shear_MPa * ab * coefficients.c22,
+        f23_Nmm=shear_MPa * ab * math.sqrt(ab) * coefficients.c23,
+        f33_Nmm2=shear_MPa * ab**2 * coefficients.c33,
+    )
+
+
 def kalker_linear(contact: RollingEllipse, creepages: Creepages) -> CreepForce:
     """Force by Kalker's linear theory.
 
@@ -208,11 +267,10 @@ def calculate_linear_force(contact: RollingEllipse, creepages: Creepages) -> tup
     fx_N, fy_N, mz_Nmm
         Force along the rolling direction and across in N, and moment about the normal in N mm.
     """
-    coefficients, G, ab = find_kalker_coefficients(contact), contact.shear_MPa, contact.a_mm * contact.b_mm
+    linear = calculate_linear_creep(contact.a_mm, contact.b_mm, shear_MPa=contact.shear_MPa, poisson=contact.poisson)
     xi, eta, spin = creepages.xi, creepages.eta, creepages.spin_per_mm
-    spin_coefficient = G * ab * math.sqrt(ab) * coefficients.c23
     return (
-        -G * ab * coefficients.c11 * xi,
-        -G * ab * coefficients.c22 * eta - spin_coefficient * spin,
-        spin_coefficient * eta - G * ab**2 * coefficients.c33 * spin,
+        -linear.f11_N * xi,
+        -linear.f22_N * eta - linear.f23_Nmm * spin,
+        linear.f23_Nmm * eta - linear.f33_Nmm2 * spin,
     )

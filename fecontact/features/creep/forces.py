@@ -7,7 +7,6 @@ rolling half-space uses the unchanged pressure. A wheelset runs along the track.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
@@ -114,11 +113,8 @@ def make_hertz_patch(hertz: HertzContact, pair: RollingPair) -> CreepPatch:
     CreepPatch
         An ellipse along x and across, with the area and the normal force of Hertz's contact.
     """
-    a, b = 0.5 * hertz.extent_x_mm, 0.5 * hertz.extent_y_mm
-    scale = math.sqrt(hertz.a_mm * hertz.b_mm / (a * b))
-    return make_ellipse_patch(
-        RollingEllipse.of(pair, a_mm=scale * a, b_mm=scale * b, normal_force_N=hertz.normal_force_N)
-    )
+    a, b = hertz.rolling_semi_axes_mm
+    return make_ellipse_patch(RollingEllipse.of(pair, a_mm=a, b_mm=b, normal_force_N=hertz.normal_force_N))
 
 
 def calculate_creep_force(theory: str, patch: CreepPatch, creepages: CreepageField) -> CreepForce:

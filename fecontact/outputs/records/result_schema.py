@@ -31,10 +31,13 @@ _SIMPLE_TYPES: dict[str, dict[str, Any]] = {
 _UNITS = {
     "_GN_per_m15": "GN/m^1.5",
     "_percent": "%",
+    "_N_per_mm15": "N/mm^1.5",
+    "_N_per_mm": "N/mm",
     "_per_mm": "1/mm",
     "_of_muN": "mu N",
     "_over_b": "b",
     "_Nmm": "N mm",
+    "_Nmm2": "N mm²",
     "_mm2": "mm²",
     "_mm3": "mm³",
     "_MPa": "MPa",
