@@ -21,6 +21,7 @@ from fecontact.errors import InputError, ProgramError
 from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
 from fecontact.outputs.table_grid import TABLE_AXES, arrange_table, find_column_meaning, write_netcdf
+from fecontact.runs.table_steps import SMALLEST_STEP_MM, refine_shifts
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -343,6 +344,108 @@ def test_texts_that_are_not_ascii_are_kept(tmp_path):
         find_column_meaning("touch1_colour")
     with pytest.raises(InputError, match="the contact table has no rows"):
         arrange_table([])
+
+
+JUMP_MM = 1.2345
+
+
+def analytic_row(shift_mm, load_kN=50.0):
+    """Row with a curve, a kink, a zero and a jump, at which a contact point appears."""
+    row = {
+        "lateral_shift_mm": shift_mm,
+        "yaw_mrad": 0.0,
+        "load_kN": load_kN,
+        "problem": "",
+        "strip_p_max_MPa": 1000.0 + 50.0 * load_kN * np.exp(-((shift_mm - 0.3) ** 2)),
+        "strip_a_mm": 6.0 + abs(shift_mm + 0.77),
+        "touch1_contact_angle_rad": 0.1 * np.tanh(shift_mm - 1.0),
+        "touch1_rail_y_mm": 10.0 * shift_mm + (20.0 if shift_mm > JUMP_MM else 0.0),
+        # a radius that is not checked
+        "touch1_rail_radius_mm": 300.0 if shift_mm < -0.5 else 80.0,
+    }
+    return row | ({"touch2_spring_force_N": 2e4 + 1e3 * shift_mm} if shift_mm > JUMP_MM else {})
+
+
+def analytic_rows(shifts_mm):
+    return [analytic_row(shift_mm, load_kN) for shift_mm in shifts_mm for load_kN in (50.0, 80.0)]
+
+
+@pytest.mark.parametrize("accuracy_percent", [0.5, 2.0])
+def test_interpolation_is_within_the_accuracy_at_random_shifts_except_in_jumps(accuracy_percent):
+    rows = refine_shifts([2.0, -2.0, 0.0], analytic_rows, accuracy_percent)
+    shifts = np.array([row["lateral_shift_mm"] for row in rows[::2]])
+    assert list(shifts) == sorted({-2.0, 0.0, 2.0, *shifts})
+    jumps = [row for row in rows if row.get("shift_step_status") == "jump"]
+    # one step at each load, with both sides as rows
+    assert [(row["load_kN"], row["shift_step_error_column"]) for row in jumps] == [
+        (load, "touch2_spring_force_N") for load in (50.0, 80.0)
+    ]
+    (start,) = {row["lateral_shift_mm"] for row in jumps}
+    assert start < JUMP_MM < start + jumps[0]["shift_step_mm"] < start + 2.0 * SMALLEST_STEP_MM
+    assert jumps[0]["shift_step_error_percent"] is None
+    angle_range = 0.1 * (np.tanh(1.0) - np.tanh(-3.0))
+    checked = 0
+    for shift in np.random.default_rng(63).uniform(-2.0, 2.0, 50):
+        number = int(np.searchsorted(shifts, shift)) - 1
+        left, right = rows[2 * number], rows[2 * number + 2]
+        if left["shift_step_status"] == "jump":
+            continue
+        checked += 1
+        weight = (shift - shifts[number]) / left["shift_step_mm"]
+        exact = analytic_row(shift)
+        scales = {"strip_p_max_MPa": exact["strip_p_max_MPa"], "strip_a_mm": exact["strip_a_mm"]}
+        for name, scale in (scales | {"touch1_contact_angle_rad": angle_range, "touch1_rail_y_mm": 60.0}).items():
+            error = (1.0 - weight) * left[name] + weight * right[name] - exact[name]
+            assert 100.0 * abs(error) / scale <= accuracy_percent, (shift, name)
+    assert checked >= 49
+    # the table states the largest error of its steps, and each jump
+    texts = list(contact_table_lines(rows))
+    worst = max(row["shift_step_error_percent"] for row in rows if row.get("shift_step_status") == "within accuracy")
+    assert 0.0 < worst <= 0.5 * accuracy_percent
+    assert f"in the middle of steps of the shift: up to {worst:.2g} % (" in texts[1]
+    assert re.fullmatch(
+        r"jump from \+1\.2\d+ to \+1\.2\d+ mm, 50 kN: touch2_spring_force_N is missing on one side; the accuracy cannot"
+        " be reached there",
+        texts[2],
+    )
+    # a coarser accuracy needs fewer rows
+    assert len(refine_shifts([-2.0, 0.0, 2.0], analytic_rows, 8.0)) < len(rows)
+
+
+def test_a_table_with_an_accuracy_has_its_steps(capsys):
+    """Sphere on a cylindrical rail: equal at all shifts, so that no step is halved."""
+    rows = fecontact.table(ELLIPTIC, [0.0, 1.0], [50e3], accuracy_percent=2.0)
+    assert [row["lateral_shift_mm"] for row in rows] == [0.0, 1.0]
+    assert (rows[0]["shift_step_mm"], rows[0]["shift_step_status"]) == (1.0, "within accuracy")
+    assert rows[1]["shift_step_mm"] is None
+    assert find_column_meaning("shift_step_error_percent").startswith("largest error of linear interpolation")
+    for accuracy in (0.0, 51.0, float("nan"), "x"):
+        with pytest.raises(InputError, match=r"accuracy_percent is .*; allowed: 0\.1 to 50"):
+            fecontact.table(ELLIPTIC, [0.0, 1.0], [50e3], accuracy_percent=accuracy)
+    with pytest.raises(InputError, match="needs at least two lateral shifts"):
+        fecontact.table(ELLIPTIC, [0.0], [50e3], accuracy_percent=2.0)
+    assert call(["table", "--shifts", "0,1", "--loads-kn", "50", "--accuracy-percent", "0"]) == 2
+    assert "accuracy_percent is 0.0; allowed: 0.1 to 50" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_a_table_interpolates_with_its_accuracy_at_random_shifts():
+    """Between 2 and 3 mm the contact passes a junction of curvatures."""
+    rows = fecontact.table(WHEELSET, [2.0, 3.0], [60e3], accuracy_percent=5.0)
+    shifts = np.array([row["lateral_shift_mm"] for row in rows])
+    checked = 0
+    for shift in np.random.default_rng(63).uniform(2.0, 3.0, 50):
+        number = int(np.searchsorted(shifts, shift)) - 1
+        left, right = rows[number], rows[number + 1]
+        if left["shift_step_status"] == "jump":
+            continue
+        checked += 1
+        weight = (shift - shifts[number]) / left["shift_step_mm"]
+        (exact,) = fecontact.table(WHEELSET, [shift], [60e3])
+        for name in (f"{theory}_{size}" for theory in ("hertz", "strip") for size in SIZES):
+            value = (1.0 - weight) * left[name] + weight * right[name]
+            assert value == pytest.approx(exact[name], rel=0.05), (shift, name)
+    assert checked >= 40
 
 
 @pytest.mark.slow

@@ -220,6 +220,7 @@ def table(
     options: CaseOptions,
     grid: GridOptions,
     yaws_mrad: Annotated[str | None, Parameter(name="--yaws-mrad", allow_leading_hyphen=True)] = None,
+    accuracy_percent: Annotated[float | None, Parameter(name="--accuracy-percent")] = None,
     out: Path | None = None,
     map_: Annotated[Path | None, Parameter(name="--map")] = None,
     json: bool = False,
@@ -232,6 +233,9 @@ def table(
     ----------
     yaws_mrad
         Yaws of the wheelset in mrad, in the form of the shifts, such as -10,0,10; if not given, the yaw of --yaw-mrad.
+    accuracy_percent
+        Accuracy of linear interpolation between shifts in %, such as 2: steps of the shift are halved where it is not
+        reached in their middle, down to 0.01 mm; remaining jumps are listed.
     out
         File for the table, CSV (.csv) or NetCDF (.nc). Units are in the names of the columns.
     map_
@@ -257,9 +261,18 @@ def table(
     )
     print_geometry([replace(case, lateral_shift_mm=shift) for shift in positions])
     lines = len(positions) * len(yaws_rad) * len(loads_N)
-    announce(f"{count_text(lines, 'row')}: about {format_duration(_SECONDS_PER_LINE * lines)}")
+    further_rows = "" if accuracy_percent is None else "; more rows for the accuracy"
+    announce(f"{count_text(lines, 'row')}: about {format_duration(_SECONDS_PER_LINE * lines)}{further_rows}")
     with show_job_progress("rows") as progress:
-        rows = made_table(case, positions, loads_N, yaws_mrad=yaws, map_folder=map_, progress=progress)
+        rows = made_table(
+            case,
+            positions,
+            loads_N,
+            yaws_mrad=yaws,
+            accuracy_percent=accuracy_percent,
+            map_folder=map_,
+            progress=progress,
+        )
     if out is not None:
         with reporting_replaced_files(out):
             if out.suffix.lower() == NETCDF_ENDING:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
@@ -246,6 +246,8 @@ _COLUMNS = (
     text_column("strips", "strip_status", none="-"),
     cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
+# Jumps that have a sentence each.
+_MOST_JUMPS = 10
 _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
@@ -258,6 +260,32 @@ def _position_text(row: TableRecord) -> str:
 def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     worst = max(rows, key=lambda row: row.get(name) or 0.0)
     return f"{worst[name]:.2g} % (next to {_position_text(worst)})"
+
+
+def _step_texts(rows: Sequence[TableRecord]) -> Iterator[str]:
+    """Sentences on the accuracy of interpolation between shifts, and on each jump."""
+    steps = [row for row in rows if row.get("shift_step_status")]
+    accurate_steps = [row for row in steps if row["shift_step_status"] == "within accuracy"]
+    jumps = [row for row in steps if row["shift_step_status"] == "jump"]
+    if accurate_steps:
+        worst = max(accurate_steps, key=lambda row: row["shift_step_error_percent"])
+        place = f" ({worst['shift_step_error_column']}, from {_position_text(worst)})" * bool(
+            worst["shift_step_error_column"]
+        )
+        yield (
+            "error of linear interpolation in the middle of steps of the shift: up to"
+            f" {worst['shift_step_error_percent']:.2g} %{place}"
+        )
+    for row in jumps[:_MOST_JUMPS]:
+        error = row["shift_step_error_percent"]
+        words = "is missing on one side" if error is None else f"is off by {error:.2g} %"
+        end_mm = row["lateral_shift_mm"] + row["shift_step_mm"]
+        yield (
+            f"jump from {row['lateral_shift_mm']:+.4f} to {end_mm:+.4f} mm{_position_text(row).partition(' mm')[2]}:"
+            f" {row['shift_step_error_column']} {words}; the accuracy cannot be reached there"
+        )
+    if len(jumps) > _MOST_JUMPS:
+        yield f"{len(jumps) - _MOST_JUMPS} further jumps: see shift_step_status in the table"
 
 
 def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
@@ -286,6 +314,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
             "error of linear interpolation midway between rows: approach of the strip method up to"
             f" {worst_texts[0]}, stiffness up to {worst_texts[1]}; smaller steps there reduce it"
         )
+    yield from _step_texts(rows)
     for row in rows:
         for note in filter(None, (row["problem"], row.get("hertz_notes"))):
             yield f"{_position_text(row)}: {note}"

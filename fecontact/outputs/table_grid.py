@@ -79,7 +79,18 @@ class TableGrid:
 
 
 def is_contact_table(results: object) -> bool:
-    """Whether a value is the list of rows of a contact table."""
+    """Whether a value is the list of rows of a contact table.
+
+    Parameters
+    ----------
+    results
+        Any value.
+
+    Returns
+    -------
+    bool
+        True for a list of dictionaries that all have the axes of a contact table.
+    """
     return (
         isinstance(results, Sequence)
         and bool(results)

@@ -17,6 +17,7 @@ from fecontact.outputs.records.results import hertz_record
 from fecontact.outputs.table_grid import TABLE_AXES
 from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
 from fecontact.runs.map_lookup import read_map_rows, read_map_yaw_rad
+from fecontact.runs.table_steps import refine_shifts, require_accuracy
 from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
 from fecontact.solving.hertz_alone import evaluate_hertz
 
@@ -119,6 +120,7 @@ def table(
     loads_N: Sequence[float],
     *,
     yaws_mrad: Sequence[float] | None = None,
+    accuracy_percent: float | None = None,
     map_folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> list[Record]:
@@ -135,6 +137,11 @@ def table(
         Wheel loads, in N.
     yaws_mrad
         Yaws of the wheelset, in mrad; None for the yaw of the case.
+    accuracy_percent
+        Accuracy of linear interpolation between shifts, in % (0.1 to 50): steps are halved where it is not reached in
+        their middle, down to 0.01 mm. The error is relative to the value; for positions, angles and rolling radii it is
+        relative to their range over the table, and for the centre of pressure to the half-width. Radii of curvature are
+        not checked. None for the given shifts alone.
     map_folder
         Folder of a map that `fecontact map` wrote for this pair: columns `map_*` have its verdicts at its shifts and
         loads, in rows with its yaw.
@@ -147,12 +154,15 @@ def table(
         Flat dictionaries with units in their keys, a dictionary per shift, yaw and load, in this order.
         `strip_approach_between_percent` and `strip_stiffness_between_percent` are the errors of linear interpolation to
         the neighbouring shifts, yaws and loads, compared with the strips in the middle between them. A position without
-        contact is a row with its `problem`.
+        contact is a row with its `problem`. With an accuracy the rows are sorted by shift. `shift_step_mm` is the step
+        to the next shift, `shift_step_error_percent` its largest error in the middle (None if a column is missing on
+        one side), `shift_step_error_column` the column, and `shift_step_status` is `within accuracy` or `jump`.
 
     Raises
     ------
     InputError
-        Without shifts, yaws and loads, with yaws for a case with a yaw, or for a map of another pair.
+        Without shifts, yaws and loads, with yaws for a case with a yaw, for an accuracy that is not allowed, or for a
+        map of another pair.
 
     Examples
     --------
@@ -166,14 +176,16 @@ def table(
     if not (shifts and yaws and loads):
         raise InputError("table: give at least one lateral shift, one yaw and one load")
     map_rows_by_line = None if map_folder is None else _read_map_lines(Path(map_folder), case, yaws)
-    rows = []
-    lines = iterate_table_rows(case, shifts, loads, yaws)
-    line_count = len(shifts) * len(yaws) * len(loads)
-    for line in report_progress(lines, line_count, progress, "strips and cheaper theories"):
-        row = table_row(line)
-        if map_rows_by_line is not None:
-            row |= map_columns(map_rows_by_line.get(_line_key(row)))
-        rows.append(row)
+    accuracy = None if accuracy_percent is None else require_accuracy(accuracy_percent)
+
+    def compute_rows(row_shifts: Sequence[float]) -> list[Record]:
+        lines = iterate_table_rows(case, row_shifts, loads, yaws)
+        count = len(row_shifts) * len(yaws) * len(loads)
+        return [table_row(line) for line in report_progress(lines, count, progress, "strips and cheaper theories")]
+
+    rows = compute_rows(shifts) if accuracy is None else refine_shifts(shifts, compute_rows, accuracy)
+    if map_rows_by_line is not None:
+        rows = [row | map_columns(map_rows_by_line.get(_line_key(row))) for row in rows]
     rows_by_line = {_read_line(row): row for row in rows}
     middles = list(_iterate_middles(list(rows_by_line)))
     for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
