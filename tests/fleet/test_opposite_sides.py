@@ -121,7 +121,7 @@ def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, i
         single = make_single_row(case)
         assert (row.verdict, row.measure, row.lines) == (single["verdict"], single["measure"], single["lines"])
         for name in ("hertz_p_max_MPa", "screen_p_max_MPa"):
-            assert row[name] == pytest.approx(single[name], rel=1e-6), name
+            assert row[name] == pytest.approx(single[name], rel=1e-9), name
 
 
 def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
@@ -156,7 +156,9 @@ def test_a_profile_that_is_its_own_opposite_is_the_mirror_image(tmp_path):
     for rows in zip(*screens, strict=True):
         assert len({row.verdict for row in rows}) == 1
         for name in NUMBERS:
-            assert [row[name] for row in rows[1:]] == pytest.approx([rows[0][name]] * 2, rel=1e-9), name
+            # two equal sides are placed once, others twice: rolls differ by rounding, by 1e-8 of a small deviation
+            tolerance = {"abs": 1e-6} if name == "p_max_percent" else {"rel": 1e-9}
+            assert [row[name] for row in rows[1:]] == pytest.approx([rows[0][name]] * 2, **tolerance), name
 
 
 def test_the_other_wheel_of_a_row_has_the_radius_of_its_row(tmp_path):
@@ -178,7 +180,7 @@ def test_the_file_of_the_other_side_is_read_with_the_options_of_its_row(tmp_path
     for folder, factor, cell in (("mm", 1.0, "mm"), ("m", 1e-3, "m")):
         (tmp_path / folder).mkdir()
         write_points(tmp_path / folder / "w.csv", "S1002", 0.3, factor)
-        write_points(tmp_path / folder / "other.csv", "S1002", 0.6, factor)
+        write_points(tmp_path / folder / "other.csv", "S1002", 0.45, factor)
         wheels = f"file,name,units,opposite_wheel\nw.csv,file,{cell},other.csv\nS1002,exact,{cell},other.csv\n"
         fecontact.run_fleet(write_fleet_file(tmp_path / folder, wheels, "file\n60E1\n"), tmp_path / f"{folder}_out")
     rows_mm, rows_m = (read_rows(tmp_path / f"{folder}_out") for folder in ("mm", "m"))
