@@ -77,7 +77,7 @@ def read_profile_statuses(out):
 
 
 def make_single_row(case):
-    """Row of a position from the placement of its case on each profile variant; the other side is read from files."""
+    """Row of a position from its case on each profile variant."""
     rail, wheel = resolve_rail(case.rail, case.rail_file), resolve_wheel(case.wheel, case.wheel_file).profile
     rails, wheels = list_profile_variants(rail), list_profile_variants(wheel)
     labels = dict.fromkeys([join_reference_labels(label_reference(rail), label_reference(wheel)), *rails, *wheels])
@@ -121,11 +121,11 @@ def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, i
         single = make_single_row(case)
         assert (row.verdict, row.measure, row.lines) == (single["verdict"], single["measure"], single["lines"])
         for name in ("hertz_p_max_MPa", "screen_p_max_MPa"):
-            assert row[name] == pytest.approx(single[name], rel=1e-6), name
+            assert row[name] == pytest.approx(single[name], rel=1e-9), name
 
 
 def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
-    """The right wheel of an axle is the left wheel of the mirror image: opposite shifts have equal rows."""
+    """Opposite shifts have equal rows."""
     rows = {}
     for side, sign in (("left", 1.0), ("right", -1.0)):
         shifts = [sign * shift for shift in (-2.0, 3.0)]
@@ -156,7 +156,9 @@ def test_a_profile_that_is_its_own_opposite_is_the_mirror_image(tmp_path):
     for rows in zip(*screens, strict=True):
         assert len({row.verdict for row in rows}) == 1
         for name in NUMBERS:
-            assert [row[name] for row in rows[1:]] == pytest.approx([rows[0][name]] * 2, rel=1e-9), name
+            # two equal sides are placed once, others twice: rolls differ by rounding, by 1e-8 of a small deviation
+            tolerance = {"abs": 1e-6} if name == "p_max_percent" else {"rel": 1e-9}
+            assert [row[name] for row in rows[1:]] == pytest.approx([rows[0][name]] * 2, **tolerance), name
 
 
 def test_the_other_wheel_of_a_row_has_the_radius_of_its_row(tmp_path):
@@ -174,11 +176,11 @@ def test_the_other_wheel_of_a_row_has_the_radius_of_its_row(tmp_path):
 
 
 def test_the_file_of_the_other_side_is_read_with_the_options_of_its_row(tmp_path, profiles):
-    """Files in m with units = m give the rows of files in mm, also if only the other side is a file of points."""
+    """Files in m and in mm give equal rows."""
     for folder, factor, cell in (("mm", 1.0, "mm"), ("m", 1e-3, "m")):
         (tmp_path / folder).mkdir()
         write_points(tmp_path / folder / "w.csv", "S1002", 0.3, factor)
-        write_points(tmp_path / folder / "other.csv", "S1002", 0.6, factor)
+        write_points(tmp_path / folder / "other.csv", "S1002", 0.45, factor)
         wheels = f"file,name,units,opposite_wheel\nw.csv,file,{cell},other.csv\nS1002,exact,{cell},other.csv\n"
         fecontact.run_fleet(write_fleet_file(tmp_path / folder, wheels, "file\n60E1\n"), tmp_path / f"{folder}_out")
     rows_mm, rows_m = (read_rows(tmp_path / f"{folder}_out") for folder in ("mm", "m"))
@@ -195,9 +197,9 @@ def test_the_file_of_the_other_side_is_read_with_the_options_of_its_row(tmp_path
 
 @pytest.mark.parametrize("by_row", [True, False])
 def test_a_changed_file_of_the_other_side_is_screened_again(tmp_path, by_row):
-    other = tmp_path / "fleet" / "other.csv"
-    other.parent.mkdir()
-    write_points(other, "S1002", 0.3)
+    other_path = tmp_path / "fleet" / "other.csv"
+    other_path.parent.mkdir()
+    write_points(other_path, "S1002", 0.3)
     wheels = "file,opposite_wheel\nS1002,other.csv\n" if by_row else "file\nS1002\n"
     case_text = "" if by_row else '[case.opposite]\nwheel = "other.csv"'
     path = write_fleet_file(tmp_path / "fleet", wheels, "file\n60E1\n", shifts=(3,), case_text=case_text)
@@ -205,12 +207,12 @@ def test_a_changed_file_of_the_other_side_is_screened_again(tmp_path, by_row):
     assert fecontact.run_fleet(path, out).reused == 0
     (first,) = read_rows(out)
     assert fecontact.run_fleet(path, out).reused == 1
-    write_points(other, "S1002", 0.5)
+    write_points(other_path, "S1002", 0.5)
     with pytest.raises(InputError, match=r"other.csv was changed after it was screened"):
         fecontact.open_fleet(out).case("S1002", "60E1", 3.0, 80.0)
     assert fecontact.run_fleet(path, out).reused == 0
     (second,) = read_rows(out)
-    case = Case(opposite=Opposite(wheel=str(other)), lateral_shift_mm=3.0)
+    case = Case(opposite=Opposite(wheel=str(other_path)), lateral_shift_mm=3.0)
     assert second.place_y_mm == pytest.approx(float(place_case(case).first.rail_y_mm), abs=1e-9)
     assert abs(first.contact_angle_mrad - second.contact_angle_mrad) > 1e-4
     assert fecontact.open_fleet(out).case("S1002", "60E1", 3.0, 80.0).opposite == case.opposite

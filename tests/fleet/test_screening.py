@@ -416,7 +416,9 @@ def test_theories_outside_their_range_are_named_if_the_criteria_say_so(monkeypat
     included = replace(case, criteria=replace(case.criteria, theories_out_of_range=True))
 
     def name_theories(off):
-        variants = (replace(line, off=off, loaded=replace(line.loaded, case=one)) for one in (case, included))
+        variants = (
+            replace(line, off=off, loaded=replace(line.loaded, case=judged_case)) for judged_case in (case, included)
+        )
         rows = [make_position_row({"": variant}) for variant in variants]
         return [(row["verdict"], row["cheapest_theory"], row["cheaper_possible_theory"]) for row in rows]
 

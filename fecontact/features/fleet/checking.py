@@ -325,11 +325,11 @@ def _join_used_options(specs: Sequence[str], reading: Reading) -> Reading:
     """Options that the profiles of both sides use, with defaults for all unused options."""
     used_options: dict[str, Any] = {}
     for spec in specs:
-        used = select_used_options(spec, reading)
+        spec_reading = select_used_options(spec, reading)
         used_options |= {
-            option.name: getattr(used, option.name)
+            option.name: getattr(spec_reading, option.name)
             for option in fields(Reading)
-            if getattr(used, option.name) == getattr(reading, option.name)
+            if getattr(spec_reading, option.name) == getattr(reading, option.name)
         }
     return replace(DEFAULT_READING, **used_options)
 

@@ -357,9 +357,9 @@ def _make_fleet(content: dict[str, Any], folder: Path) -> Fleet:
 
 
 def _find_opposite_files(case_table: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """Table of the case with absolute paths of the profiles of the other side, which are relative to the fleet's file.
+    """Table of the case with absolute paths of the profiles of the other side.
 
-    Profiles of a library of the user are names of its files.
+    The paths in the file are relative to its folder. Profiles of a library of the user are names of its files.
     """
     opposite = case_table.get("opposite")
     if "library" in case_table or not isinstance(opposite, dict):

@@ -129,7 +129,7 @@ profiles of the other side with the radius of the other wheel.
 
 
 def _name_in_case(candidate: Candidate) -> str:
-    """Name of the library in the case of a pair: of the profile, or in place of its file."""
+    """Name of the library for a profile in the case of a pair."""
     return candidate.spec if is_library_name(candidate.spec) else _PLACEHOLDER[candidate.body]
 
 

@@ -223,7 +223,7 @@ def _read_table_candidates(path: Path, body: Body) -> Iterator[Candidate]:
 
 
 def _find_spec(table: Path, text: str) -> str:
-    """Absolute path of a file that a table names relative to its folder, or a name of the library."""
+    """Absolute path of a file in a table, or a name of the library."""
     file = table.parent / text
     return text if is_library_name(text) and not file.exists() else str(file.absolute())
 

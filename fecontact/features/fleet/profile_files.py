@@ -205,9 +205,10 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
 
 
 def _refuse_different_opposite(fleet: Fleet, candidate: Candidate) -> None:
-    """Refuse a row that names a row with other options of reading or another inclination or track.
+    """Refuse a row that names a row with different inputs of both sides.
 
-    A case has one set of options for the files of both sides, one rail inclination and one track.
+    They are options of reading, the inclination and the track. A case has one set of options for the files of both
+    sides, one rail inclination and one track.
 
     Raises
     ------
@@ -342,7 +343,7 @@ def select_reading(fleet: Fleet, candidate: Candidate) -> Reading:
 
 
 def read_profiles(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_run: OpenRun) -> list[ReadProfile]:
-    """Read the profiles of a fleet and of the other side that are not finished, as jobs.
+    """Read the profiles of both sides of a fleet as jobs, unless they are finished.
 
     Parameters
     ----------
@@ -453,10 +454,11 @@ def _find_refusal(work: ReadingProfile) -> dict[str, Any] | None:
 
 
 def _join_opposite(profile: ReadProfile, opposite: ReadProfile) -> ReadProfile:
-    """Profile with its other side; a profile that was read is refused if its other side was not read.
+    """Join a profile with the profile of its other side.
 
-    If the other side is suspicious, the status is `refused`, because the file of this profile is not suspicious. If the
-    other side was not read for want of memory, disk space or workers, the status is `unread`.
+    A profile is refused if the profile of its other side cannot be used. If the other side is suspicious, the status is
+    `refused`, because the file of this profile is not suspicious. If the other side was not read for want of memory,
+    disk space or workers, the status is `unread`.
     """
     if profile.record["status"] != READ:
         return profile

@@ -82,7 +82,10 @@ class ScreenedVariant:
         return max(reversed(candidates), key=lambda judgement: ANSWERS_BEST_FIRST.index(judgement[0]), default=None)
 
     def can_name(self, contact: TheoryContact) -> bool:
-        """Whether the theory of a contact can be named: within its range, or if the criteria include all theories."""
+        """Whether the theory of a contact can be named.
+
+        A theory outside its range can be named only if the criteria include such theories.
+        """
         return contact.status != "out of range" or self.loaded.case.criteria.theories_out_of_range
 
 

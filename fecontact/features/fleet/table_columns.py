@@ -248,7 +248,7 @@ def select_reading_values(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def set_opposite(case: Case, specs: Mapping[Body, str], radius_mm: float | None) -> Case:
-    """Case with the profiles of the other side that the rows of its wheel and rail have.
+    """Case with given profiles of the other side.
 
     Parameters
     ----------
