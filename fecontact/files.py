@@ -121,7 +121,7 @@ def _has_content(path: Path, content: bytes) -> bool:
 
 
 def require_ending(path: str | Path, endings: Sequence[str], kind: str) -> None:
-    """Refuse the name of an output file whose ending is not that of a format that is written.
+    """Refuse an output file with the ending of an unknown format.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ STUDIES = Path(__file__).parents[1] / "studies"
 WRITTEN_FILES = {
     "place --out": ".png, .svg",
     "geometry --shifts 0 --out": ".png, .svg, .csv",
-    "table --shifts 0 --loads-kn 50 --out": ".csv",
+    "table --shifts 0 --loads-kn 50 --out": ".csv, .nc",
     "profiles 60E1 --out": ".png, .svg",
     "profiles 60E1 --write": ".csv",
     "mesh rail --out": ".msh, .inp, .vtu",
@@ -45,10 +45,10 @@ def test_an_output_file_of_another_format_is_refused_before_the_computation(
     monkeypatch.chdir(tmp_path)
     assert call([*line.split(), f"x{ending}"]) == 2
     out, err = capsys.readouterr()
-    shown = f".{ending.split('.')[-1]}" if ending else "(none)"
+    printed_ending = f".{ending.split('.')[-1]}" if ending else "(none)"
     assert out == ""
     assert err.startswith("error: ")
-    assert f" x{ending}: the ending is {shown}; allowed: {WRITTEN_FILES[line]}; give a name such as x." in err
+    assert f" x{ending}: the ending is {printed_ending}; allowed: {WRITTEN_FILES[line]}; give a name such as x." in err
     assert list(tmp_path.iterdir()) == []
 
 

@@ -350,7 +350,7 @@ JUMP_MM = 1.2345
 
 
 def analytic_row(shift_mm, load_kN=50.0):
-    """Row with a curve, a kink, a zero and a jump, at which a contact point appears."""
+    """Row with a curve, a kink, a zero and a jump."""
     row = {
         "lateral_shift_mm": shift_mm,
         "yaw_mrad": 0.0,

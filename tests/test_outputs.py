@@ -750,7 +750,7 @@ def test_vtu_keeps_surfaces_as_cells_and_flags(body_mesh, tmp_path):
 
 @pytest.mark.parametrize("name", ["body.stl", "body", "body.msh.gz"])
 def test_an_unknown_mesh_format_is_refused_with_those_that_exist(body_mesh, tmp_path, name):
-    with pytest.raises(InputError, match=r"\.msh .*\.inp .*\.vtu"):
+    with pytest.raises(InputError, match=r"allowed: \.msh, \.inp, \.vtu;"):
         write_mesh(body_mesh, tmp_path / name)
     assert not list(tmp_path.iterdir())
 

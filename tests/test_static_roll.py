@@ -75,7 +75,8 @@ def rolls(doing, command, options, case, monkeypatch, tmp_path):
         raise InputError("seen")
 
     monkeypatch.setattr(doing, do)
-    out = [str(tmp_path / "rail.msh")] if command[-1] == "--out" else []
+    written_name = "table.csv" if command[0] == "table" else "rail.msh"
+    out = [str(tmp_path / written_name)] if command[-1] == "--out" else []
     assert call([*command, *out, *options]) == 2
     (roll,) = placements
     assert roll == case

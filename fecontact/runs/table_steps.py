@@ -163,7 +163,7 @@ def _find_ranges(rows_of_shifts: Sequence[Sequence[Record]]) -> list[dict[str, f
 
 
 def _list_columns(rows: Sequence[Record]) -> list[str]:
-    """Columns of some rows whose interpolation is checked."""
+    """Columns of rows with a checked interpolation."""
     names = dict.fromkeys(name for row in rows for name in row)
     return [name for name in names if name not in _COORDINATES and not name.endswith(_UNCHECKED_COLUMNS)]
 

@@ -102,11 +102,11 @@ def test_an_interrupted_example_resumes_with_the_same_command(tmp_path, monkeypa
     with pytest.raises(KeyboardInterrupt):
         write_fleet(folder, wheels=2, rails=2)
     monkeypatch.undo()
-    other = folder / ".plan.0123456789ab.csv"
-    other.write_text("of another program")
+    foreign_file = folder / ".plan.0123456789ab.csv"
+    foreign_file.write_text("of another program")
     assert call(["fleet", "examples", str(folder), "--wheels", "2", "--rails", "2"]) == 0
-    assert other.read_text() == "of another program"
-    other.unlink()
+    assert foreign_file.read_text() == "of another program"
+    foreign_file.unlink()
     assert read_files(folder) == read_files(tmp_path / "whole")
 
 

@@ -441,8 +441,8 @@ def test_theories_outside_their_range_are_named_if_the_criteria_say_so(monkeypat
         "hertz",
         replace(hertz, approximate=lambda loaded: replace(hertz.approximate(loaded), status="out of range")),
     )
-    (verdict, theory, _), named = name_theories(line.off)
-    assert (verdict, theory == "hertz", named) == ("HOLDS", False, ("HOLDS", "hertz", None))
+    (verdict, theory, _), other_theory = name_theories(line.off)
+    assert (verdict, theory == "hertz", other_theory) == ("HOLDS", False, ("HOLDS", "hertz", None))
 
 
 def test_a_sample_has_the_variants_of_its_screen(fleet):

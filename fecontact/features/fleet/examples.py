@@ -125,7 +125,7 @@ def _name_rail(number: int) -> str:
 
 
 def _make_wheel(number: int, seed: int) -> tuple[str, str, str]:
-    """Name and text of the file of a wheel, and the other columns of its row of the table."""
+    """Name and text of the file of a wheel, and its further columns."""
     random = np.random.default_rng((seed, 0, number))
     name, mileage = _WHEELS[number % len(_WHEELS)], float(random.uniform(0.0, 200.0))
     # 1 mm of wear per 200 Mm, about the tape circle
@@ -134,7 +134,7 @@ def _make_wheel(number: int, seed: int) -> tuple[str, str, str]:
 
 
 def _make_rail(number: int, seed: int) -> tuple[str, str, str]:
-    """Name and text of the file of a rail, and the other columns of its row of the table."""
+    """Name and text of the file of a rail, and its further columns."""
     random = np.random.default_rng((seed, 1, number))
     name, radius = _RAILS[number % len(_RAILS)], float(random.choice(_RADII_M))
     # worn to the gauge side in curves, by up to 1 mm
