@@ -13,7 +13,6 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats
 from fecontact.contact_theories.hertz import EllipseShape, calculate_ellipse_shape
@@ -175,8 +174,9 @@ def _curvature(f: Floats, step: float) -> Floats:
     return np.pad(inner_curvature, reach, mode="edge")
 
 
-# Cached: all loads at a position begin with an equal gap line, and a fleet has a few lines in turn.
-@lru_cache(maxsize=8)
+# Cached: all loads at a position begin with an equal gap line. A fleet has nine profile variants in turn, each with one
+# more line for the load before.
+@lru_cache(maxsize=32)
 def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
     """Gap line of a placed wheel through its first contact point.
 
@@ -202,15 +202,13 @@ def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm
     -----
     Range of validity: a single plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
     """
-    touch, wheel = placement.first, placement.wheel
-    slid_placement = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     positions = _rail_positions(placement)
-    f = slid_placement.gap_over_plane(positions.points_mm, positions.gap_mm)
+    f = placement.wheel_over_plane.heights(positions.t_mm - slide_mm) - positions.height_mm
     face_range = _run_around(_is_within_gap(f), int(np.argmin(np.abs(positions.t_mm))))
     return GapLine(
         t_mm=positions.t_mm[face_range],
         f_mm=f[face_range],
-        A_per_mm=0.5 * touch.curvature.xx_per_mm,
+        A_per_mm=0.5 * placement.first.curvature.xx_per_mm,
         contact_modulus_MPa=contact_modulus_MPa,
         surface_mm=positions.surface_mm[face_range],
         turned_rad=positions.turned_rad[face_range],
@@ -219,16 +217,15 @@ def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _RailPositions:
-    """Positions (n,) across in the tangent plane, with the rail surface and the approximate gap.
+    """Positions (n,) across in the tangent plane, with the height, arc length and turn of the rail's surface there.
 
     The gap line is calculated at these positions.
     """
 
     t_mm: Floats
-    points_mm: Floats
+    height_mm: Floats
     surface_mm: Floats
     turned_rad: Floats
-    gap_mm: Floats
 
 
 # Cached: the rail does not depend on the load and the slide of the wheel.
@@ -241,22 +238,18 @@ def _rail_positions(placement: Placement) -> _RailPositions:
     """
     rail, touch = placement.rail, placement.first
     coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _POSITIONS_PER_SIDE // _COARSE_STRIDE + 1)
-    coarse_gap = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
+    coarse_gap = placement.wheel_over_plane.heights(coarse_t) - placement.rail_over_plane(coarse_t)[1]
     largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
-    coarse_range, is_finite = (
-        _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE),
-        np.isfinite(coarse_gap),
-    )
+    coarse_range = _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE)
     first = max(coarse_range.start - 1, 0) * _COARSE_STRIDE
     last = min(coarse_range.stop * _COARSE_STRIDE, 2 * _POSITIONS_PER_SIDE)
     t = np.asarray(_STEP_MM * np.arange(first - _POSITIONS_PER_SIDE, last - _POSITIONS_PER_SIDE + 1), dtype=np.float64)
-    profile_parameters, points = placement.over_tangent_plane(t)
+    profile_parameters, height = placement.rail_over_plane(t)
     return _RailPositions(
         t_mm=t,
-        points_mm=points,
+        height_mm=height,
         surface_mm=rail.profile.arc_length(profile_parameters) - placement.first_arc_length_mm,
         turned_rad=rail.section(profile_parameters)[2] - touch.contact_angle_rad,
-        gap_mm=CubicSpline(coarse_t[is_finite], coarse_gap[is_finite])(t),
     )
 
 

@@ -14,7 +14,6 @@ from fecontact.contact_theories.registry import (
     HERTZ_OF_EACH_SIDE,
     THEORIES,
     LoadedPlacement,
-    find_gap_line,
 )
 from fecontact.contact_theories.strips import solve_strip_theory
 from fecontact.contact_theories.touch_hertz import HertzAtContactPoints
@@ -289,7 +288,7 @@ def _make_line(case: Case, placement: Placement) -> ContactTableRow:
 
 def _strip_stiffness(loaded: LoadedPlacement) -> float:
     """Stiffness dF/dapproach of the strips (N/mm), on the gap of their contact."""
-    gap_line = find_gap_line(loaded)
+    gap_line = loaded.gap_line
     lower, higher = (
         solve_strip_theory(gap_line, (1.0 + step) * loaded.normal_force_N) for step in (-_FORCE_STEP, _FORCE_STEP)
     )

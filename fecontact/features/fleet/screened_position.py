@@ -318,10 +318,15 @@ def _find_cheapest_theories(
     screening_theory = STRIPS if reference.uncertainty is STRIP_UNCERTAINTY else HALF_SPACE
     for name in THEORIES:
         if name not in (*HERTZ_OF_EACH_SIDE, STRIPS, HALF_SPACE):
-            answers = [_answer_on_variant(variant, name) for variant in variants]
-            if {*answers} == {"HOLDS"}:
+            answers: set[Answer] = set()
+            for variant in variants:
+                answers.add(_answer_on_variant(variant, name))
+                # The theory neither holds nor fails on all variants, or it is not the first theory that may hold.
+                if answers not in ({"HOLDS"}, {"FAILS"}) or (possible_theory and answers == {"FAILS"}):
+                    break
+            if answers == {"HOLDS"}:
                 return name, possible_theory
-            if {*answers} != {"FAILS"}:
+            if answers != {"FAILS"}:
                 possible_theory = possible_theory or name
     return screening_theory, possible_theory
 
