@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -554,24 +555,27 @@ def solve_under_load(
         * factor ** np.arange(np.ceil(np.log(_MAX_RELATIVE_APPROACH / _MIN_RELATIVE_APPROACH) / np.log(factor)) + 1)
     )
     approaches = [float(approach) for approach in initial_approaches]
-    is_above = [at_approach(approach).normal_force_N >= normal_force_N for approach in approaches]
-    while is_above[0] and len(approaches) < 1000:
+    errors = [at_approach(approach).normal_force_N / normal_force_N - 1.0 for approach in approaches]
+    while errors[0] >= 0.0 and len(approaches) < 1000:
         approaches.insert(0, approaches[0] / factor)
-        is_above.insert(0, at_approach(approaches[0]).normal_force_N >= normal_force_N)
-    while not is_above[-1] and len(approaches) < 1000:
+        errors.insert(0, at_approach(approaches[0]).normal_force_N / normal_force_N - 1.0)
+    while errors[-1] < 0.0 and len(approaches) < 1000:
         approaches.append(approaches[-1] * factor)
-        is_above.append(at_approach(approaches[-1]).normal_force_N >= normal_force_N)
-    changes = [index for index in range(len(approaches) - 1) if is_above[index] != is_above[index + 1]]
-    if not changes:
+        errors.append(at_approach(approaches[-1]).normal_force_N / normal_force_N - 1.0)
+    brackets = [
+        (low, high)
+        for low, high in pairwise(zip(approaches, errors, strict=True))
+        if (low[1] >= 0.0) != (high[1] >= 0.0)
+    ]
+    if not brackets:
         return replace(
             at_approach(approaches[-1]),
             status="not converged",
             solutions=0,
             notes=(f"no approach up to {approaches[-1]:.3g} mm carries {normal_force_N:g} N",),
         )
-    first = changes[0]
-    contact = _approach_for_force(at_approach, normal_force_N, approaches[first], approaches[first + 1])
-    return _note_solutions(contact, normal_force_N, len(changes))
+    contact = _approach_for_force(at_approach, normal_force_N, *brackets[0])
+    return _note_solutions(contact, normal_force_N, len(brackets))
 
 
 def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
@@ -603,16 +607,19 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     True
     """
     B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
-    part_t, integral = (
-        float(values[line.touch]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
-    )
+    shape = calculate_ellipse_shape(line.A_per_mm, B)
     # N = (2 pi / 3) a b p0, with a, b and p0 as functions of the approach.
-    force_coefficient = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)
+    force_coefficient = (
+        (float(shape.part_t) / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * float(shape.integral))
+    )
     return float((normal_force_N / force_coefficient) ** (2.0 / 3.0))
 
 
 def _approach_for_force(
-    at_approach: Callable[[float], StripContact], target_N: float, low: float, high: float
+    at_approach: Callable[[float], StripContact],
+    target_N: float,
+    low_end: tuple[float, float],
+    high_end: tuple[float, float],
 ) -> StripContact:
     """Find the contact between two approaches at which the force passes a value.
 
@@ -625,10 +632,10 @@ def _approach_for_force(
         Contact at an approach in mm.
     target_N
         Wanted normal force.
-    low, high
-        Approaches in mm on both sides of the solution.
+    low_end, high_end
+        Approaches in mm on both sides of the solution, and the relative errors of their forces.
     """
-    error_low, error_high = (at_approach(end).normal_force_N / target_N - 1.0 for end in (low, high))
+    (low, error_low), (high, error_high) = low_end, high_end
     for step in range(1, _MAX_ROOT_STEPS + 1):
         approach = high - error_high * (high - low) / (error_high - error_low) if step % 4 else 0.5 * (low + high)
         contact = at_approach(approach)

@@ -481,7 +481,12 @@ class WheelSection:
     def _rise(self) -> MonotoneFunction | None:
         """Coordinate along the axis, on the widest stretch of the profile that runs forward."""
         pieces = self.wheel.profile.pieces
-        return pieces.find_rise(lambda u: np.stack(self.evaluate(u)[::2], axis=-1), self._locate_points(pieces.ends)[0])
+        return pieces.find_rise(self._follow_axis, self._locate_points(pieces.ends)[0])
+
+    def _follow_axis(self, u: Floats) -> Floats:
+        """Coordinate along the axis and its rate, in the last axis of the result, at parameters of the profile."""
+        t, _, rate = self.evaluate(u)
+        return np.stack((t, rate), axis=-1)
 
     def heights(self, t: Floats) -> Floats:
         """Heights of the wheel over places along the axis.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -57,6 +57,11 @@ class ScreenedVariant:
     off: Callable[[TheoryContact], Mapping[str, float]]
     uncertainty: Mapping[str, float]
 
+    @cached_property
+    def hertz(self) -> TheoryContact | str | None:
+        """Hertz's ellipse, or the reason why there is none."""
+        return THEORIES[HERTZ].approximate(self.loaded)
+
     def judge_theory(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
         """Judge a theory by the contact of the screening.
 
@@ -72,7 +77,7 @@ class ScreenedVariant:
         """
         candidates: list[tuple[Answer, Mapping[str, float], str]] = []
         for side in HERTZ_OF_EACH_SIDE if name == HERTZ else (name,):
-            theory_contact = fast_theory(side)(self.loaded)
+            theory_contact = self.hertz if side == HERTZ else fast_theory(side)(self.loaded)
             if isinstance(theory_contact, TheoryContact):
                 deviations = self.off(theory_contact)
                 verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
@@ -256,16 +261,8 @@ def _compute_margin(case: Case, deviations: Mapping[str, float], uncertainties: 
 
 def _average_hertz_peak(variants: Sequence[ScreenedVariant]) -> float:
     """Mean over the variants of Hertz's largest peak pressure in MPa."""
-    contacts = [THEORIES[HERTZ].approximate(variant.loaded) for variant in variants]
-    return float(
-        np.mean(
-            [
-                max(patch.p_max_MPa for patch in hertz_contact.patches)
-                for hertz_contact in contacts
-                if isinstance(hertz_contact, TheoryContact)
-            ]
-        )
-    )
+    contacts = [variant.hertz for variant in variants if isinstance(variant.hertz, TheoryContact)]
+    return float(np.mean([max(patch.p_max_MPa for patch in contact.patches) for contact in contacts]))
 
 
 def _average_peak(variants: Sequence[ScreenedVariant]) -> float:
