@@ -218,9 +218,9 @@ def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _RailPositions:
-    """Positions (n,) across in the tangent plane, with the height, arc length and turn of the rail's surface there.
+    """Positions (n,) across in the tangent plane, with the rail's surface.
 
-    The gap line is calculated at these positions.
+    The surface has a height, an arc length and an angle. The gap line is calculated at these positions.
     """
 
     t_mm: Floats

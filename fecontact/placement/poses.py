@@ -417,7 +417,7 @@ class WheelPose:
 
 @dataclass(frozen=True, eq=False)
 class WheelSection:
-    """Section of a wheel by the plane across the rail through a point, over an axis in this plane.
+    """Section of a wheel by a plane across the rail, over an axis.
 
     In the plane x = constant, a point of the wheel at the radius r is the distance s along the wheel and the depth
     sqrt(r^2 - s^2) below the axle. s is a linear function of y, and the coordinates are linear functions of y and of
@@ -440,7 +440,10 @@ class WheelSection:
 
     @cached_property
     def _coefficients(self) -> tuple[Floats, Floats]:
-        """Coefficients (2,) of s over 1 and y, and (2, 3) of both coordinates over 1, y and the depth."""
+        """Coefficients (2,) of s, and (2, 3) of both coordinates.
+
+        They multiply 1 and y, and for the coordinates the depth.
+        """
         tape_circle_y, from_centre = self.wheel.tape_circle_y_mm, self.origin - self.wheel.centre_mm
         forward, axle, up = map(float, self.wheel.axes[0])
         length = math.hypot(forward, up)
@@ -454,7 +457,7 @@ class WheelSection:
         return s, np.stack((constant + of_s * s[0], of_wheel[:, 1] + of_s * s[1], of_depth), axis=1)
 
     def evaluate(self, u: Floats) -> tuple[Floats, Floats, Floats]:
-        """Coordinates (mm) of the section at parameters of the profile, and the rate of the first coordinate.
+        """Coordinates (mm) of the section at parameters of the profile.
 
         Parameters
         ----------
@@ -484,7 +487,7 @@ class WheelSection:
         return pieces.find_rise(self._follow_axis, self._locate_points(pieces.ends)[0])
 
     def _follow_axis(self, u: Floats) -> Floats:
-        """Coordinate along the axis and its rate, in the last axis of the result, at parameters of the profile."""
+        """Coordinate along the axis and its rate, in the last axis of the result."""
         t, _, rate = self.evaluate(u)
         return np.stack((t, rate), axis=-1)
 
