@@ -34,5 +34,7 @@ def find_runs(is_selected: Bools) -> list[tuple[int, int]]:
     indices = np.flatnonzero(is_selected)
     if indices.size == 0:
         return []
-    runs = np.split(indices, np.flatnonzero(np.diff(indices) > 1) + 1)
-    return [(int(run[0]), int(run[-1])) for run in runs]
+    # np.split takes five times as long, and fast theories call this at each approach
+    breaks = np.flatnonzero(indices[1:] - indices[:-1] > 1)
+    firsts, lasts = (indices[0], *indices[breaks + 1]), (*indices[breaks], indices[-1])
+    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]

@@ -273,12 +273,17 @@ def test_manchester_left_wheel(shift, yaw_mrad, position, angle):
 def gap_over_plane(pair: Placement):
     """Gap along the normal at the first contact point.
 
-    The places (x, t) are in the tangent plane there.
+    The places (x, t) are in the tangent plane there. The wheel's section is at the first contact point.
     """
 
     def gap_at(x, t):
-        _, points = pair.over_tangent_plane(t)
-        return pair.gap_over_plane(points + np.asarray(x)[..., None] * np.array([1.0, 0.0, 0.0]))
+        section = pair.wheel_over_plane
+        x, t = np.broadcast_arrays(x, t)
+        heights = [
+            replace(section, origin=section.origin + np.array([place, 0.0, 0.0])).heights(places)
+            for place, places in zip(x[:, 0], t, strict=True)
+        ]
+        return np.array(heights) - pair.rail_over_plane(t)[1]
 
     return gap_at
 

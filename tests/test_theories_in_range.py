@@ -22,7 +22,7 @@ from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.gap_line import MIN_B_PER_MM, GapLine
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.contact_theories.kik_piotrowski import VIRTUAL_PENETRATION
-from fecontact.contact_theories.registry import THEORIES, LoadedPlacement, find_gap_line
+from fecontact.contact_theories.registry import THEORIES, LoadedPlacement
 from fecontact.contact_theories.strips import solve_strip_theory
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.inputs.texts import parse_inclination
@@ -108,7 +108,7 @@ def draw_position(rng: random.Random) -> RandomPosition | None:
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=rung.normal_force_N, half_space=rung)
     answers = {name: theory.approximate(loaded) for name, theory in THEORIES.items()}
     theories = {name: answer for name, answer in answers.items() if isinstance(answer, TheoryContact)}
-    return RandomPosition(case, find_gap_line(loaded), theories.pop("half_space"), theories)
+    return RandomPosition(case, loaded.gap_line, theories.pop("half_space"), theories)
 
 
 def kik_piotrowski(line: GapLine, B_per_mm: float) -> dict[str, float]:
@@ -206,7 +206,7 @@ def test_strips_do_not_see_the_kinks_of_a_coarse_line():
     case = Case(rail="A65", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=1.46, load_N=2e3, side="right")
     placement = place_case(case)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=2e3 / float(placement.first.normal[2]))
-    line, hertz = find_gap_line(loaded), THEORIES["hertz"].approximate(loaded).single
+    line, hertz = loaded.gap_line, THEORIES["hertz"].approximate(loaded).single
     assert hertz.b_mm / line.step_mm < 10.0
     contact = solve_strip_theory(line, loaded.normal_force_N)
     # measured 0.5 and -0.4 %; between kinks the peak is 6.6 % too high
@@ -229,7 +229,7 @@ def test_theories_of_a_line_say_that_another_touch_point_is_closed_beyond_it():
     case = Case(rail="A100", wheel="EN15302_B", inclination_rad=1 / 30, lateral_shift_mm=-1.76, load_N=60e3)
     placement = place_case(case)
     loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=60e3)
-    line = find_gap_line(loaded)
+    line = loaded.gap_line
     away = [placement.arc_mm(touch) for touch in placement.contact_points[1:]]
     assert away
     assert not any(line.surface_mm[0] <= arc <= line.surface_mm[-1] for arc in away)

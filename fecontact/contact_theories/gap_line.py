@@ -9,11 +9,11 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats
 from fecontact.contact_theories.hertz import EllipseShape, calculate_ellipse_shape
@@ -175,8 +175,9 @@ def _curvature(f: Floats, step: float) -> Floats:
     return np.pad(inner_curvature, reach, mode="edge")
 
 
-# Cached: all loads at a position begin with an equal gap line, and a fleet has a few lines in turn.
-@lru_cache(maxsize=8)
+# Cached: all loads at a position begin with an equal gap line. A fleet has nine profile variants in turn, each with one
+# more line for the load before.
+@lru_cache(maxsize=32)
 def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm: float = 0.0) -> GapLine:
     """Gap line of a placed wheel through its first contact point.
 
@@ -202,15 +203,13 @@ def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm
     -----
     Range of validity: a single plane for the whole patch; no yaw, or so little yaw that the gap is even in x.
     """
-    touch, wheel = placement.first, placement.wheel
-    slid_placement = replace(placement, wheel=replace(wheel, centre_mm=wheel.centre_mm + slide_mm * touch.tangent))
     positions = _rail_positions(placement)
-    f = slid_placement.gap_over_plane(positions.points_mm, positions.gap_mm)
+    f = placement.wheel_over_plane.heights(positions.t_mm - slide_mm) - positions.height_mm
     face_range = _run_around(_is_within_gap(f), int(np.argmin(np.abs(positions.t_mm))))
     return GapLine(
         t_mm=positions.t_mm[face_range],
         f_mm=f[face_range],
-        A_per_mm=0.5 * touch.curvature.xx_per_mm,
+        A_per_mm=0.5 * placement.first.curvature.xx_per_mm,
         contact_modulus_MPa=contact_modulus_MPa,
         surface_mm=positions.surface_mm[face_range],
         turned_rad=positions.turned_rad[face_range],
@@ -219,16 +218,15 @@ def build_gap_line(placement: Placement, *, contact_modulus_MPa: float, slide_mm
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _RailPositions:
-    """Positions (n,) across in the tangent plane, with the rail surface and the approximate gap.
+    """Positions (n,) across in the tangent plane, with the rail's surface.
 
-    The gap line is calculated at these positions.
+    The surface has a height, an arc length and an angle. The gap line is calculated at these positions.
     """
 
     t_mm: Floats
-    points_mm: Floats
+    height_mm: Floats
     surface_mm: Floats
     turned_rad: Floats
-    gap_mm: Floats
 
 
 # Cached: the rail does not depend on the load and the slide of the wheel.
@@ -241,22 +239,18 @@ def _rail_positions(placement: Placement) -> _RailPositions:
     """
     rail, touch = placement.rail, placement.first
     coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _POSITIONS_PER_SIDE // _COARSE_STRIDE + 1)
-    coarse_gap = placement.gap_over_plane(placement.over_tangent_plane(coarse_t)[1])
+    coarse_gap = placement.wheel_over_plane.heights(coarse_t) - placement.rail_over_plane(coarse_t)[1]
     largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
-    coarse_range, is_finite = (
-        _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE),
-        np.isfinite(coarse_gap),
-    )
+    coarse_range = _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE)
     first = max(coarse_range.start - 1, 0) * _COARSE_STRIDE
     last = min(coarse_range.stop * _COARSE_STRIDE, 2 * _POSITIONS_PER_SIDE)
     t = np.asarray(_STEP_MM * np.arange(first - _POSITIONS_PER_SIDE, last - _POSITIONS_PER_SIDE + 1), dtype=np.float64)
-    profile_parameters, points = placement.over_tangent_plane(t)
+    profile_parameters, height = placement.rail_over_plane(t)
     return _RailPositions(
         t_mm=t,
-        points_mm=points,
+        height_mm=height,
         surface_mm=rail.profile.arc_length(profile_parameters) - placement.first_arc_length_mm,
         turned_rad=rail.section(profile_parameters)[2] - touch.contact_angle_rad,
-        gap_mm=CubicSpline(coarse_t[is_finite], coarse_gap[is_finite])(t),
     )
 
 
@@ -561,24 +555,27 @@ def solve_under_load(
         * factor ** np.arange(np.ceil(np.log(_MAX_RELATIVE_APPROACH / _MIN_RELATIVE_APPROACH) / np.log(factor)) + 1)
     )
     approaches = [float(approach) for approach in initial_approaches]
-    is_above = [at_approach(approach).normal_force_N >= normal_force_N for approach in approaches]
-    while is_above[0] and len(approaches) < 1000:
+    errors = [at_approach(approach).normal_force_N / normal_force_N - 1.0 for approach in approaches]
+    while errors[0] >= 0.0 and len(approaches) < 1000:
         approaches.insert(0, approaches[0] / factor)
-        is_above.insert(0, at_approach(approaches[0]).normal_force_N >= normal_force_N)
-    while not is_above[-1] and len(approaches) < 1000:
+        errors.insert(0, at_approach(approaches[0]).normal_force_N / normal_force_N - 1.0)
+    while errors[-1] < 0.0 and len(approaches) < 1000:
         approaches.append(approaches[-1] * factor)
-        is_above.append(at_approach(approaches[-1]).normal_force_N >= normal_force_N)
-    changes = [index for index in range(len(approaches) - 1) if is_above[index] != is_above[index + 1]]
-    if not changes:
+        errors.append(at_approach(approaches[-1]).normal_force_N / normal_force_N - 1.0)
+    brackets = [
+        (low, high)
+        for low, high in pairwise(zip(approaches, errors, strict=True))
+        if (low[1] >= 0.0) != (high[1] >= 0.0)
+    ]
+    if not brackets:
         return replace(
             at_approach(approaches[-1]),
             status="not converged",
             solutions=0,
             notes=(f"no approach up to {approaches[-1]:.3g} mm carries {normal_force_N:g} N",),
         )
-    first = changes[0]
-    contact = _approach_for_force(at_approach, normal_force_N, approaches[first], approaches[first + 1])
-    return _note_solutions(contact, normal_force_N, len(changes))
+    contact = _approach_for_force(at_approach, normal_force_N, *brackets[0])
+    return _note_solutions(contact, normal_force_N, len(brackets))
 
 
 def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
@@ -610,16 +607,19 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     True
     """
     B = max(float(line.B_per_mm[line.touch]), MIN_B_PER_MM)
-    part_t, integral = (
-        float(values[line.touch]) for values in (line.local_ellipses.part_t, line.local_ellipses.integral)
-    )
+    shape = calculate_ellipse_shape(line.A_per_mm, B)
     # N = (2 pi / 3) a b p0, with a, b and p0 as functions of the approach.
-    force_coefficient = (part_t / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * integral)
+    force_coefficient = (
+        (float(shape.part_t) / B) ** 0.5 * 2.0 * np.pi * line.contact_modulus_MPa / (3.0 * float(shape.integral))
+    )
     return float((normal_force_N / force_coefficient) ** (2.0 / 3.0))
 
 
 def _approach_for_force(
-    at_approach: Callable[[float], StripContact], target_N: float, low: float, high: float
+    at_approach: Callable[[float], StripContact],
+    target_N: float,
+    low_end: tuple[float, float],
+    high_end: tuple[float, float],
 ) -> StripContact:
     """Find the contact between two approaches at which the force passes a value.
 
@@ -632,10 +632,10 @@ def _approach_for_force(
         Contact at an approach in mm.
     target_N
         Wanted normal force.
-    low, high
-        Approaches in mm on both sides of the solution.
+    low_end, high_end
+        Approaches in mm on both sides of the solution, and the relative errors of their forces.
     """
-    error_low, error_high = (at_approach(end).normal_force_N / target_N - 1.0 for end in (low, high))
+    (low, error_low), (high, error_high) = low_end, high_end
     for step in range(1, _MAX_ROOT_STEPS + 1):
         approach = high - error_high * (high - low) / (error_high - error_low) if step % 4 else 0.5 * (low + high)
         contact = at_approach(approach)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache, partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TypeAlias
 
@@ -57,6 +57,17 @@ class LoadedPlacement:
     case: Case
     normal_force_N: float
     half_space: Rung | None = None
+
+    @cached_property
+    def gap_line(self) -> GapLine:
+        """Gap on the line across through the first contact point.
+
+        Under a vertical load the wheel slides down a steep flank.
+        """
+        modulus = self.case.contact_modulus_MPa
+        if self.case.load_kind == "normal":
+            return build_gap_line(self.placement, contact_modulus_MPa=modulus)
+        return build_gap_line_under_load(self.placement, self.normal_force_N, contact_modulus_MPa=modulus)
 
 
 TheoryFunction: TypeAlias = Callable[[LoadedPlacement], TheoryContact | str | None]
@@ -214,7 +225,7 @@ def _strip_theory_function(
         A contact that reaches beyond the gap line has the status `out of range` and a note.
         """
         try:
-            line = find_gap_line(loaded)
+            line = loaded.gap_line
             contact = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
@@ -228,29 +239,6 @@ def _strip_theory_function(
         return replace(approximation, status=status, notes=(*approximation.notes, *beyond_notes))
 
     return approximate
-
-
-# Cached: all theories of strips need the line in turn, for a few profile variants.
-@lru_cache(maxsize=4)
-def find_gap_line(loaded: LoadedPlacement) -> GapLine:
-    """Gap line of a loaded placement.
-
-    Under a vertical load the wheel slides down a steep flank.
-
-    Parameters
-    ----------
-    loaded
-        Placed case under a normal force.
-
-    Returns
-    -------
-    GapLine
-        Gap on the line across through the first contact point.
-    """
-    placement, modulus = loaded.placement, loaded.case.contact_modulus_MPa
-    if loaded.case.load_kind == "normal":
-        return build_gap_line(placement, contact_modulus_MPa=modulus)
-    return build_gap_line_under_load(placement, loaded.normal_force_N, contact_modulus_MPa=modulus)
 
 
 def _project_to_surface(contact: StripContact, line: GapLine) -> StripContact:

@@ -318,10 +318,10 @@ def _sweep(line: StripGap, strips: StripSolution, load: StripLoad, search: Strip
         weight = h * c / (np.pi * line.E)
         gap = J @ weight + closing * (f - approach)
         is_closed = (q > open_q) | (gap < 0.0)
-        force_derivative, missing_force = weight * closing, None
+        missing_force = None
         if load.force is not None:
-            missing_force = 2.0 * load.force / (np.pi**2 * line.E) - float(force_derivative @ q)
-        step, approach_step = _newton_step(slope * weight, gap, is_closed, closing, force_derivative, missing_force)
+            missing_force = 2.0 * load.force / (np.pi**2 * line.E) - float((weight * closing) @ q)
+        step, approach_step = _newton_step(slope, weight, gap, is_closed, closing, missing_force)
         next_q = np.maximum(q + np.minimum(step, 0.5 * q.max()), open_q)
         step, q, approach = next_q - q, next_q, approach + approach_step
         # The sum of (5) after the step: its derivative with respect to q is (dJ/dq - J / u^2) / u^2.
@@ -356,24 +356,24 @@ def _sweep(line: StripGap, strips: StripSolution, load: StripLoad, search: Strip
 
 
 def _newton_step(
-    slope: Floats, gap: Floats, is_closed: Bools, closing: Floats, force_derivative: Floats, missing_force: float | None
+    slope: Floats, weight: Floats, gap: Floats, is_closed: Bools, closing: Floats, missing_force: float | None
 ) -> tuple[Floats, float]:
     """Newton steps of q (n,) and of the approach.
 
-    The step of q is zero for open strips. `slope` (n, n) is d gap / d q. If a force is given, then `missing_force` is
-    its error divided by pi^2 E / 2, and `force_derivative` (n,) is its derivative with respect to q.
+    The step of q is zero for open strips; only closed strips have equations. `slope` (n, n) times `weight` (n,) is
+    d gap / d q. If a force is given, then `missing_force` is its error divided by pi^2 E / 2.
     """
-    count, open_strips = gap.size, np.flatnonzero(~is_closed)
+    closed = np.flatnonzero(is_closed)
+    count = closed.size
     size = count if missing_force is None else count + 1
     matrix, right_side = np.empty((size, size)), np.empty(size)
-    matrix[:count, :count], right_side[:count] = slope, -gap
+    matrix[:count, :count], right_side[:count] = slope[closed[:, None], closed] * weight[closed], -gap[closed]
     if missing_force is not None:
-        matrix[:count, count], matrix[count, :count], matrix[count, count] = -closing, force_derivative, 0.0
-        right_side[count] = missing_force
-    matrix[open_strips] = 0.0
-    matrix[open_strips, open_strips], right_side[open_strips] = 1.0, 0.0
-    step = np.linalg.solve(matrix, right_side)
-    return np.asarray(step[:count], dtype=np.float64), 0.0 if missing_force is None else float(step[count])
+        matrix[:count, count], matrix[count, :count] = -closing[closed], (weight * closing)[closed]
+        matrix[count, count], right_side[count] = 0.0, missing_force
+    solution, step = np.linalg.solve(matrix, right_side), np.zeros(gap.size)
+    step[closed] = solution[:count]
+    return step, 0.0 if missing_force is None else float(solution[count])
 
 
 def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripSolution:

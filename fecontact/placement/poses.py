@@ -14,6 +14,7 @@ from fecontact.arrays import Floats, Integers
 from fecontact.bodies import Track
 from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile, Side
+from fecontact.profiles.pieces import MonotoneFunction
 from fecontact.profiles.reading import suggest_option
 from fecontact.profiles.segments import CurvePoints
 
@@ -412,6 +413,98 @@ class WheelPose:
             if not active.size:
                 break
         return np.where(has_met, distance, np.nan).reshape(points.shape[:-1])
+
+
+@dataclass(frozen=True, eq=False)
+class WheelSection:
+    """Section of a wheel by a plane across the rail, over an axis.
+
+    In the plane x = constant, a point of the wheel at the radius r is the distance s along the wheel and the depth
+    sqrt(r^2 - s^2) below the axle. s is a linear function of y, and the coordinates are linear functions of y and of
+    the depth.
+
+    Attributes
+    ----------
+    wheel
+        Pose of the wheel.
+    origin : ndarray of shape (3,)
+        Origin of the axis in the track frame in mm.
+    along, normal : ndarray of shape (3,)
+        Unit vectors of the axis and normal to it, both in the plane.
+    """
+
+    wheel: WheelPose
+    origin: Floats
+    along: Floats
+    normal: Floats
+
+    @cached_property
+    def _coefficients(self) -> tuple[Floats, Floats]:
+        """Coefficients (2,) of s, and (2, 3) of both coordinates.
+
+        They multiply 1 and y, and for the coordinates the depth.
+        """
+        tape_circle_y, from_centre = self.wheel.tape_circle_y_mm, self.origin - self.wheel.centre_mm
+        forward, axle, up = map(float, self.wheel.axes[0])
+        length = math.hypot(forward, up)
+        s = np.array([from_centre[0] - axle * tape_circle_y, -axle]) / length
+        # both directions over the wheel's axes; s is along (forward, 0, up) / length
+        directions = np.stack((self.along, self.normal))
+        of_wheel = directions @ self.wheel.axes
+        of_s = (of_wheel[:, 0] * forward + of_wheel[:, 2] * up) / length
+        of_depth = (of_wheel[:, 0] * up - of_wheel[:, 2] * forward) / length
+        constant = of_wheel[:, 1] * tape_circle_y - directions @ from_centre
+        return s, np.stack((constant + of_s * s[0], of_wheel[:, 1] + of_s * s[1], of_depth), axis=1)
+
+    def evaluate(self, u: Floats) -> tuple[Floats, Floats, Floats]:
+        """Coordinates (mm) of the section at parameters of the profile.
+
+        Parameters
+        ----------
+        u
+            Parameters of the wheel's profile, in any shape.
+
+        Returns
+        -------
+        t, height, rate
+            Coordinates along the axis and normal to it, and derivative of t with respect to u, in the shape of u.
+        """
+        return self._locate_points(self.wheel.profile.evaluate(u))
+
+    def _locate_points(self, p: CurvePoints) -> tuple[Floats, Floats, Floats]:
+        """Coordinates and rate, as in `evaluate`, at points of the profile."""
+        (s_zero, s_rate), (of_t, of_height) = self._coefficients
+        s, radius = s_zero + s_rate * p.y, self.wheel.rolling_radius_mm - p.z
+        depth = np.sqrt(radius * radius - s * s)
+        depth_rate = -(radius * p.dz + s_rate * s * p.dy) / depth
+        t, height = (constant + of_y * p.y + of_depth * depth for constant, of_y, of_depth in (of_t, of_height))
+        return t, height, of_t[1] * p.dy + of_t[2] * depth_rate
+
+    @cached_property
+    def _rise(self) -> MonotoneFunction | None:
+        """Coordinate along the axis, on the widest stretch of the profile that runs forward."""
+        pieces = self.wheel.profile.pieces
+        return pieces.find_rise(self._follow_axis, self._locate_points(pieces.ends)[0])
+
+    def _follow_axis(self, u: Floats) -> Floats:
+        """Coordinate along the axis and its rate, in the last axis of the result."""
+        t, _, rate = self.evaluate(u)
+        return np.stack((t, rate), axis=-1)
+
+    def heights(self, t: Floats) -> Floats:
+        """Heights of the wheel over places along the axis.
+
+        Parameters
+        ----------
+        t : ndarray of shape (n,)
+            Distances from the origin in mm.
+
+        Returns
+        -------
+        ndarray of shape (n,)
+            Heights in mm; NaN where the widest stretch of the section that runs forward is missing.
+        """
+        return np.full(t.shape, np.nan) if self._rise is None else self.evaluate(self._rise.inverted(t))[1]
 
 
 # cached: equal for every position of the profile, and a table of positions has many searches

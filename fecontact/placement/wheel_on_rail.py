@@ -25,6 +25,7 @@ from fecontact.placement.poses import (
     ContactPoint,
     RailPose,
     WheelPose,
+    WheelSection,
     find_sign_changes,
     make_contact_points,
     place_rail,
@@ -299,8 +300,8 @@ class Placement:
             return gap
         return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
-    def over_tangent_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Parameters of the rail and points on it over places across in the tangent plane.
+    def rail_over_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
+        """Parameters of the rail and its heights over places across in the tangent plane.
 
         Parameters
         ----------
@@ -309,36 +310,22 @@ class Placement:
 
         Returns
         -------
-        u (n,), points (n, 3)
-            Parameters of the rail profile and points in mm; NaN if the rail is missing there.
+        u (n,), height (n,)
+            Parameters of the rail profile and heights in mm; NaN if the rail is missing there.
         """
         touch, rail = self.first, self.rail
         tilt = touch.contact_angle_rad - rail.inclination_rad
         foot = rail.profile.evaluate(touch.rail_u)
         u = rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
         p = rail.profile.evaluate(u)
-        height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+        return u, -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+
+    @cached_property
+    def wheel_over_plane(self) -> WheelSection:
+        """Section of the wheel across the rail over the tangent plane at first touch."""
+        touch = self.first
         origin = np.array([touch.x_mm, touch.y_mm, touch.z_mm])
-        return u, origin + np.asarray(t, float)[..., None] * touch.tangent + height[..., None] * touch.normal
-
-    def gap_over_plane(self, points: Floats, guess_mm: ArrayLike = 0.0) -> Floats:
-        """True undeformed gap along the normal at first touch.
-
-        Irregularities are left out: they are constant along a profile.
-
-        Parameters
-        ----------
-        points : ndarray of shape (..., 3)
-            Points of the rail over the tangent plane, in mm.
-        guess_mm : ndarray of shape (...)
-            First guess of the gap in mm.
-
-        Returns
-        -------
-        gap (...)
-            Gap in mm; NaN if a body is missing there.
-        """
-        return self.wheel.distance_along(points, np.broadcast_to(self.first.normal, points.shape), guess_mm)
+        return WheelSection(self.wheel, origin, touch.tangent, touch.normal)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -221,7 +221,7 @@ class Profile:
         CurvePoints
             Points (mm) in the shape of u; NaN outside [0, number of segments].
         """
-        return self._pieces.evaluate(self._mask_outside(u), side)
+        return self.pieces.evaluate(self._mask_outside(u), side)
 
     def _mask_outside(self, u: ArrayLike) -> Floats:
         """Parameters, with NaN outside the running surface.
@@ -232,7 +232,8 @@ class Profile:
         return np.where((u >= -1e-12 * n) & (u <= n * (1.0 + 1e-12)), u, np.nan)
 
     @cached_property
-    def _pieces(self) -> PiecewiseCurve:
+    def pieces(self) -> PiecewiseCurve:
+        """Running surface as short polynomials."""
         return PiecewiseCurve.of(self.segments)
 
     def locate(self, t: ArrayLike, *, angle_rad: float = 0.0, origin: tuple[float, float] = (0.0, 0.0)) -> Floats:
@@ -263,7 +264,7 @@ class Profile:
     @property
     def y_range_mm(self) -> tuple[float, float]:
         """Smallest and largest y of the running surface (mm)."""
-        y = self._pieces.ends.y
+        y = self.pieces.ends.y
         return float(y.min()), float(y.max())
 
     def height(self, y: ArrayLike) -> Floats:
@@ -367,7 +368,7 @@ class Profile:
     @property
     def length_mm(self) -> float:
         """Arc length of the running surface (mm)."""
-        return float(self._pieces.arc.values[-1])
+        return float(self.pieces.arc.values[-1])
 
     def arc_length(self, u: ArrayLike) -> Floats:
         """Arc length (mm) from the gauge-side end to the parameter u.
@@ -382,7 +383,7 @@ class Profile:
         ndarray
             Arc length in mm, NaN outside the running surface.
         """
-        return np.asarray(self._pieces.arc.function(self._mask_outside(u))[..., 0])
+        return np.asarray(self.pieces.arc.function(self._mask_outside(u))[..., 0])
 
     def spread(self, step_mm: float) -> Floats:
         """Parameters u at equal arc lengths along the profile.
@@ -400,7 +401,7 @@ class Profile:
             Parameters (n,) from end to end.
         """
         s = np.linspace(0.0, self.length_mm, int(np.ceil(self.length_mm / step_mm)) + 1)
-        return self.at_arc_length(s) if self.measured is None else np.interp(s, self._pieces.arc.values, self._pieces.u)
+        return self.at_arc_length(s) if self.measured is None else np.interp(s, self.pieces.arc.values, self.pieces.u)
 
     def at_arc_length(self, s: ArrayLike) -> Floats:
         """Parameter u at the arc length s (mm); NaN beyond the ends.
@@ -415,13 +416,13 @@ class Profile:
         ndarray
             Parameters u.
         """
-        return self._pieces.arc.inverted(np.asarray(s, dtype=float))
+        return self.pieces.arc.inverted(np.asarray(s, dtype=float))
 
 
 # cached: a pose of a rail is evaluated along equal axes many times
 @lru_cache(maxsize=64)
 def _find_stretch(profile: Profile, angle_rad: float) -> MonotoneFunction | None:
-    return profile._pieces.along(angle_rad)
+    return profile.pieces.along(angle_rad)
 
 
 # --- Profiles that a few lengths define: arcs, straight segments, and standard heads of tangent arcs.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -57,14 +57,14 @@ class MonotoneFunction:
     Attributes
     ----------
     function
-        Value and rate of the function.
+        Value and rate of the function, in the last axis of its result.
     u : ndarray of shape (k,)
         Parameters of the ends of these pieces.
     values : ndarray of shape (k,)
         Values of the function at the ends.
     """
 
-    function: PPoly
+    function: Callable[[Floats], Floats]
     u: Floats
     values: Floats
 
@@ -197,7 +197,25 @@ class PiecewiseCurve:
         from scipy.interpolate import PPoly
 
         c, s = math.cos(angle_rad), math.sin(angle_rad)
-        values, chords = self.ends.y * c + self.ends.z * s, np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
+        coordinate = PPoly(self.curve.c[..., :4:2] * c + self.curve.c[..., 1:4:2] * s, self.u)
+        return self.find_rise(coordinate, self.ends.y * c + self.ends.z * s)
+
+    def find_rise(self, function: Callable[[Floats], Floats], values: Floats) -> MonotoneFunction | None:
+        """Restrict a coordinate to the stretch with its largest increase.
+
+        Parameters
+        ----------
+        function
+            Coordinate (mm) at parameters, and its rate, in the last axis of the result.
+        values
+            Coordinate (m + 1,) at the ends of the pieces.
+
+        Returns
+        -------
+        MonotoneFunction or None
+            Coordinate (mm); None if it increases nowhere.
+        """
+        chords = np.hypot(np.diff(self.ends.y), np.diff(self.ends.z))
         forward = (np.diff(values) > _FORWARD_SINE * chords) | (np.diff(self.u) == 0.0)
         turns = np.flatnonzero(np.diff(forward, prepend=False, append=False))
         starts, stops = turns[::2], turns[1::2]
@@ -207,7 +225,7 @@ class PiecewiseCurve:
         stretch = slice(int(starts[widest]), int(stops[widest]) + 1)
         # rounded coordinates may have a tiny step back at a joint
         return MonotoneFunction(
-            function=PPoly(self.curve.c[..., :4:2] * c + self.curve.c[..., 1:4:2] * s, self.u),
+            function=function,
             u=self.u[stretch],
             values=np.maximum.accumulate(values[stretch]),
         )

@@ -77,7 +77,7 @@ class ProfileChain:
         ProfileChain
             Joined profiles.
         """
-        profile_pieces = [line._pieces for line in lines]
+        profile_pieces = [line.pieces for line in lines]
         lengths = np.array([line.length_mm for line in lines])
         first = np.concatenate(([0.0], np.cumsum(lengths + 1.0)[:-1]))
         first_parameter = np.concatenate(([0.0], np.cumsum([piece.u[-1] + 1.0 for piece in profile_pieces])[:-1]))
@@ -112,7 +112,7 @@ class ProfileChain:
         """
         arc_lengths = []
         for profile, line_points, first in zip(self.lines, points, self.first_mm, strict=True):
-            ends, lengths = profile._pieces.ends, profile._pieces.arc.values
+            ends, lengths = profile.pieces.ends, profile.pieces.arc.values
             y, z, sample_arc_lengths = (
                 ends.y[::_SAMPLE_STRIDE],
                 ends.z[::_SAMPLE_STRIDE],
@@ -413,7 +413,7 @@ def estimate_shift(profile: Profile, points: Floats) -> tuple[float, float]:
     tuple of float
         Displacement (y, z) in mm; (0, 0) for a wheel without a flange.
     """
-    ends = profile._pieces.ends
+    ends = profile.pieces.ends
     if profile.kind == "rail":
         i, j = int(np.argmax(ends.z)), int(np.argmax(points[:, 1]))
         # a crown is flat, so the middles of the heads give the lateral position more accurately

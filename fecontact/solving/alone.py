@@ -15,7 +15,6 @@ from fecontact.contact_theories.registry import (
     HERTZ_OF_EACH_SIDE,
     THEORIES,
     LoadedPlacement,
-    find_gap_line,
 )
 from fecontact.contact_theories.rolling.creepage import combine_materials
 from fecontact.contact_theories.rolling.kalker import LinearCreep, calculate_linear_creep
@@ -336,7 +335,7 @@ def _add_linear_creep(line: ContactTableRow) -> ContactTableRow:
 
 def _strip_stiffness(loaded: LoadedPlacement) -> float:
     """Stiffness dF/dapproach of the strips (N/mm), on the gap of their contact."""
-    gap_line = find_gap_line(loaded)
+    gap_line = loaded.gap_line
     lower, higher = (
         solve_strip_theory(gap_line, (1.0 + step) * loaded.normal_force_N) for step in (-_FORCE_STEP, _FORCE_STEP)
     )

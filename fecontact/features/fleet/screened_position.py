@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -57,6 +57,11 @@ class ScreenedVariant:
     off: Callable[[TheoryContact], Mapping[str, float]]
     uncertainty: Mapping[str, float]
 
+    @cached_property
+    def hertz(self) -> TheoryContact | str | None:
+        """Hertz's ellipse, or the reason why there is none."""
+        return THEORIES[HERTZ].approximate(self.loaded)
+
     def judge_theory(self, name: str) -> tuple[Answer, Mapping[str, float], str] | None:
         """Judge a theory by the contact of the screening.
 
@@ -73,7 +78,7 @@ class ScreenedVariant:
         """
         candidates: list[tuple[Answer, Mapping[str, float], str]] = []
         for side in HERTZ_OF_EACH_SIDE if name == HERTZ else (name,):
-            theory_contact = fast_theory(side)(self.loaded)
+            theory_contact = self.hertz if side == HERTZ else fast_theory(side)(self.loaded)
             if isinstance(theory_contact, TheoryContact) and (name == HERTZ or self.can_name(theory_contact)):
                 deviations = self.off(theory_contact)
                 verdict = judge(deviations, self.uncertainty, self.loaded.case.criteria)
@@ -264,16 +269,8 @@ def _compute_margin(case: Case, deviations: Mapping[str, float], uncertainties: 
 
 def _average_hertz_peak(variants: Sequence[ScreenedVariant]) -> float:
     """Mean over the variants of Hertz's largest peak pressure in MPa."""
-    contacts = [THEORIES[HERTZ].approximate(variant.loaded) for variant in variants]
-    return float(
-        np.mean(
-            [
-                max(patch.p_max_MPa for patch in hertz_contact.patches)
-                for hertz_contact in contacts
-                if isinstance(hertz_contact, TheoryContact)
-            ]
-        )
-    )
+    contacts = [variant.hertz for variant in variants if isinstance(variant.hertz, TheoryContact)]
+    return float(np.mean([max(patch.p_max_MPa for patch in contact.patches) for contact in contacts]))
 
 
 def _average_peak(variants: Sequence[ScreenedVariant]) -> float:
@@ -329,10 +326,15 @@ def _find_cheapest_theories(
     screening_theory = STRIPS if reference.uncertainty is STRIP_UNCERTAINTY else HALF_SPACE
     for name in THEORIES:
         if name not in (*HERTZ_OF_EACH_SIDE, STRIPS, HALF_SPACE):
-            answers = [_answer_on_variant(variant, name) for variant in variants]
-            if {*answers} == {"HOLDS"}:
+            answers: set[Answer] = set()
+            for variant in variants:
+                answers.add(_answer_on_variant(variant, name))
+                # The theory neither holds nor fails on all variants, or it is not the first theory that may hold.
+                if answers not in ({"HOLDS"}, {"FAILS"}) or (possible_theory and answers == {"FAILS"}):
+                    break
+            if answers == {"HOLDS"}:
                 return name, possible_theory
-            if {*answers} != {"FAILS"}:
+            if answers != {"FAILS"}:
                 possible_theory = possible_theory or name
     return screening_theory, possible_theory
 
