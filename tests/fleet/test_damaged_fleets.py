@@ -22,7 +22,7 @@ from fecontact.features.fleet.checking import open_fleet
 from fecontact.features.fleet.reading import find_origin
 from fecontact.features.fleet.report import make_answer_rows, write_report
 from fecontact.features.fleet.sampling import draw_sample
-from fecontact.features.fleet.sealed_folder import digest_screen, write_sample_record
+from fecontact.features.fleet.sealed_folder import digest_screen, lock_fleet, write_sample_record
 from fecontact.files import SEAL_KEY, read_json, write_sealed
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.store import MANIFEST, write_manifest
@@ -515,6 +515,19 @@ def test_the_name_of_a_folder_is_not_a_pattern(copied, tmp_path):
 
 
 # --- Reports.
+
+
+def test_the_temporary_files_of_a_killed_report_are_removed(tmp_path):
+    """Files of a user stay, also with similar names."""
+    folder = made_fleet(tmp_path / "fleet").folder
+    (folder / "report").mkdir()
+    temporary_files = [folder / ".report.9cefcd2ac0a9.html", folder / "report" / ".map.0123456789ab.png"]
+    own_files = [folder / ".notes.0123456789ab.txt", folder / ".report.html"]
+    for path in (*temporary_files, *own_files):
+        path.write_text("unfinished")
+    with lock_fleet(folder):
+        assert not any(path.exists() for path in temporary_files)
+        assert all(path.exists() for path in own_files)
 
 
 def test_reports_of_a_fleet_have_equal_bytes(tmp_path):

@@ -16,7 +16,15 @@ from typing import Any, get_args
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.packages import import_parquet
-from fecontact.files import describe_object, explain_broken_seal, hash_file, list_companions, read_json, write_sealed
+from fecontact.files import (
+    describe_object,
+    explain_broken_seal,
+    hash_file,
+    list_companions,
+    read_json,
+    remove_unfinished,
+    write_sealed,
+)
 from fecontact.inputs.kinds import to_float
 from fecontact.inputs.texts import quote_path
 from fecontact.jobs.store import LOCK, find_damage, lock_folder
@@ -506,6 +514,8 @@ def remove_outdated_report(folder: Path) -> bool:
 def lock_fleet(folder: Path) -> Iterator[None]:
     """Lock the folder of a screened fleet against runs, while tables are read or written.
 
+    Temporary files of a killed report or sample are removed.
+
     Parameters
     ----------
     folder
@@ -525,4 +535,8 @@ def lock_fleet(folder: Path) -> Iterator[None]:
         read_record(folder)
     refuse_links(folder)
     with lock_folder(folder):
+        # of a killed report or sample
+        remove_unfinished(folder, _FILES)
+        if (report_folder := folder / REPORT_FOLDER).is_dir():
+            remove_unfinished(report_folder)
         yield
