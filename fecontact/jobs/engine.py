@@ -177,7 +177,7 @@ def _open_crew(settings: RunSettings, lock: Path) -> Iterator[Crew]:
     if settings.scheduler is not None:
         from fecontact.jobs.cluster import dask_crew
 
-        with dask_crew(settings.scheduler, lock, settings.threads) as crew:
+        with dask_crew(settings.scheduler, lock.absolute(), settings.threads) as crew:
             yield crew
     else:
         yield make_process_crew(settings.workers or count_default_workers(), settings.threads)
@@ -201,7 +201,11 @@ def finish_jobs(jobs: Sequence[Job], held_run: OpenRun, *, on_done: Callable[[Jo
     ProgramError
         If jobs ended with an error of the program, when all other jobs are done and kept.
     """
-    forced = [replace(job, run=held_run.run, force=job.force or held_run.settings.force) for job in jobs]
+    # workers of a cluster have another working directory
+    forced = [
+        replace(job, folder=job.folder.absolute(), run=held_run.run, force=job.force or held_run.settings.force)
+        for job in jobs
+    ]
     report = _JobProgress(forced, held_run, on_done)
     report.reuse()
     try:
