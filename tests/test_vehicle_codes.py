@@ -332,6 +332,10 @@ def test_a_solved_case_has_the_setting_of_the_cheapest_theory(elliptic_quick):
     assert "      set: module 1, B = 6" in texts("CONTACT", analyn)
     assert not any(line.startswith("Input of CONTACT") for line in texts("CONTACT", analyn))
     assert numbers(analyn, 1) == pytest.approx(numbers(alone), rel=1e-9)
+    # the answer for Hertz is stated as it is
+    for answer, words in (("FAILS", "Hertz does not hold here"), ("UNRESOLVED", "Hertz is not known to hold here")):
+        open_record = {**record, "cheapest_theory": "analyn", "verdict": {**record["verdict"], "answer": answer}}
+        assert settings_of_result(case, open_record).note.startswith(words)
     for answer in ("none", "UNRESOLVED"):
         unknown = settings_of_result(case, {**record, "cheapest_theory": answer})
         assert texts("CONTACT", unknown) == ["Settings in CONTACT:", unknown.note]

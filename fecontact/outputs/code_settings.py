@@ -13,6 +13,7 @@ from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, MULTI_HERTZ, THEORIES
 from fecontact.outputs.code_pages import statement_lines
 from fecontact.outputs.codes import VehicleCode
+from fecontact.outputs.records.asked import elastic_record
 from fecontact.outputs.tables import Column, Table, TableRecord, make_table, text_column
 from fecontact.outputs.terminal import OutputLines
 
@@ -169,7 +170,8 @@ def settings_of_result(case: Case, record: TableRecord) -> PositionSettings:
     if name is None:
         note = "No theory is known to hold here; the numbers of Hertz are for comparison."
         return PositionSettings(case=case, theory=None, patches=ellipses, note=note)
-    note = "Hertz does not hold here; its numbers are for comparison."
+    fails = elastic_record(record)["verdict"]["answer"] == "FAILS"
+    note = f"Hertz {'does not hold' if fails else 'is not known to hold'} here; its numbers are for comparison."
     patches = _select_patches(name, {**theories[name], **force}, points)
     return PositionSettings(case=case, theory=name, patches=[*patches, *ellipses], note=note)
 
