@@ -209,7 +209,8 @@ def solve_wheels(
     theory = list(results.runs)[-1]
     if not wheels:
         return SolvedWheels(theory=theory, wheels=(), rows=(), share_without=1.0, outcome=None)
-    cases = {make_case_id(wheel.case): wheel.case for wheel in wheels}
+    case_ids = [make_case_id(wheel.case) for wheel in wheels]
+    cases = dict(zip(case_ids, (wheel.case for wheel in wheels), strict=True))
     study = Study(
         name="wheels",
         cases=tuple(cases.values()),
@@ -220,7 +221,7 @@ def solve_wheels(
     return SolvedWheels(
         theory=theory,
         wheels=wheels,
-        rows=tuple(row_by_id[make_case_id(wheel.case)] for wheel in wheels),
+        rows=tuple(row_by_id[case_id] for case_id in case_ids),
         share_without=share_without if share_without > 1e-9 else 0.0,
         outcome=outcome,
     )

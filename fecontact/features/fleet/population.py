@@ -342,30 +342,20 @@ def _check_path(candidate: Candidate) -> Candidate:
 
     No table of the results could store such a path.
     """
-    try:
-        f"{candidate.name}{candidate.spec}".encode()
-    except UnicodeEncodeError:
-        name, spec = (
-            os.fsencode(text).decode("utf-8", "backslashreplace") for text in (candidate.name, candidate.spec)
-        )
-        problem, remedy = "the name of the file or of its folder is not UTF-8", "rename the file or the folder"
-        return replace(candidate, name=name, spec=spec, problem=problem, remedy=remedy)
-    return candidate
+    name, spec = escape_path(candidate.name), escape_path(candidate.spec)
+    if (name, spec) == (candidate.name, candidate.spec):
+        return candidate
+    problem, remedy = "the name of the file or of its folder is not UTF-8", "rename the file or the folder"
+    return replace(candidate, name=name, spec=spec, problem=problem, remedy=remedy)
 
 
 def _check_content(candidate: Candidate, contents: dict[tuple[str, ...], str]) -> Candidate:
     """Candidate with the hash of its content, or with a problem.
 
-    The problem is a name that is not UTF-8, which no table can have, a file that cannot be read, or the content of an
-    earlier candidate.
+    The problem is a file that cannot be read, or the content of an earlier candidate.
     """
     if candidate.problem:
         return candidate
-    if (spec := escape_path(candidate.spec)) != candidate.spec:
-        remedy = "rename the file or its folder"
-        return replace(
-            candidate, name=escape_path(candidate.name), spec=spec, problem="its path is not UTF-8", remedy=remedy
-        )
     if is_library_name(candidate.spec):
         content = find_library_name(candidate.spec)
     else:

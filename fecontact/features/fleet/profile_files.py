@@ -282,21 +282,7 @@ def with_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
 
 
 def _add_header_radius(fleet: Fleet, candidate: Candidate) -> Candidate:
-    """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius.
-
-    Parameters
-    ----------
-    fleet
-        Fleet with its case.
-    candidate
-        Profile file with the values of its table.
-
-    Returns
-    -------
-    Candidate
-        The candidate with a radius in mm; the unchanged candidate for a rail, with a problem, or without a radius in
-        the header.
-    """
+    """Candidate with the rolling radius of its header, if neither its table nor the case gives a radius."""
     if candidate.problem:
         return candidate
     is_given = fleet.case.is_radius_given or candidate.known.get(RADIUS_COLUMN) is not None
@@ -379,6 +365,9 @@ def _read_files(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_r
     works: dict[str, ReadingProfile] = {}
     job_ids: list[str] = []
     for candidate in candidates:
+        if candidate.problem:
+            job_ids.append("")
+            continue
         work = _make_work(fleet, candidate)
         # the file suffix determines how the content is read
         identity = (
@@ -388,9 +377,8 @@ def _read_files(fleet: Fleet, candidates: Sequence[Candidate], out: Path, open_r
             repr(work.reading),
             work.gauge_depth_mm,
         )
-        job_ids.append("" if candidate.problem else digest_json(identity)[:20])
-        if not candidate.problem:
-            works[job_ids[-1]] = work
+        job_ids.append(digest_json(identity)[:20])
+        works[job_ids[-1]] = work
     folder = out / PROFILE_JOBS
     outcomes = run_fleet_jobs(
         works, {job_id: Path(work.spec).name for job_id, work in works.items()}, folder, read_record, open_run

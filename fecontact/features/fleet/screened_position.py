@@ -317,8 +317,11 @@ def _find_cheapest_theories(
     A theory is known to hold if it holds on all variants, and may hold unless it fails on all of them. The theory of
     the screening, the reference of all, is the last.
     """
-    hertz_contacts = [(variant, THEORIES[HERTZ].approximate(variant.loaded)) for variant in variants if variant]
-    if not all(variant.can_name(contact) for variant, contact in hertz_contacts if isinstance(contact, TheoryContact)):
+    if not all(
+        variant.can_name(variant.hertz)
+        for variant in variants
+        if variant is not None and isinstance(variant.hertz, TheoryContact)
+    ):
         hertz_answer = "FAILS"
     if hertz_answer == "HOLDS":
         return HERTZ, None

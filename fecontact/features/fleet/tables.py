@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import InputError
 from fecontact.features.fleet.packages import import_arrow, import_duckdb, import_parquet
-from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, NUMBERS, REFUSED, TEXTS
+from fecontact.features.fleet.screening_rows import NO_CONTACT, NUMBERS, REFUSED, TEXTS
 from fecontact.features.fleet.sealed_folder import (
     PROFILES,
     SAMPLE,
@@ -91,12 +91,7 @@ SAMPLE_COLUMNS: Mapping[str, StoredColumn] = {
     "fe_verdict": StoredColumn(kind="text", required=True, filled=True, choices=FE_ANSWERS),
 }
 """Columns of `sample.parquet` that the program reads."""
-# Columns that tables of an earlier version lack.
-_OPTIONAL_COLUMNS = {
-    **dict.fromkeys(("reason", "reason_kind", "remedy", "open_because"), "VARCHAR"),
-    **dict.fromkeys((*FILTER_COLUMNS, "cheaper_possible_theory"), "VARCHAR"),
-    "lines": "DOUBLE",
-}
+_SQL_TYPES = {"text": "VARCHAR", "number": "DOUBLE"}
 _NO_SAMPLE = """
     SELECT '' AS wheel, '' AS rail, 0.0::DOUBLE AS shift_mm, 0.0::DOUBLE AS load_kN, '' AS stratum,
            0.0::DOUBLE AS weight, 1.0::DOUBLE AS inclusion_probability, 0 AS seed, 0 AS draw, '' AS fe_verdict
@@ -290,7 +285,10 @@ def _create_views_of_positions(tables: DuckDBPyConnection, folder: Path) -> None
         If no position is a contact.
     """
     names = {row["column_name"] for row in query_rows(tables, "DESCRIBE screened")}
-    missing = "".join(f", NULL::{kind} AS {name}" for name, kind in _OPTIONAL_COLUMNS.items() if name not in names)
+    # tables of earlier versions lack columns
+    missing = "".join(
+        f", NULL::{_SQL_TYPES[column.kind]} AS {name}" for name, column in SCREEN_COLUMNS.items() if name not in names
+    )
     tables.execute(f"CREATE VIEW placed AS SELECT *{missing} FROM screened WHERE weight > 0")
     (row,) = query_rows(
         tables, f"SELECT sum(weight) FILTER (verdict <> '{NO_CONTACT}') / sum(weight) AS contacts FROM placed"
