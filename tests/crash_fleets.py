@@ -29,7 +29,7 @@ import psutil
 from fuzz_fleets import TABLES, write_fleet, write_rows
 
 ROOT = Path(__file__).parents[1]
-# Commands of 62 CPU s in all took 549 s beside other programs; a hang has no end.
+# Commands of 62 CPU s in all took 549 s while other programs ran; a hang has no end.
 LONGEST_S = 600.0
 TOO_LATE = "ended before the kill"
 WHOM = ("main", "worker", "all")

@@ -335,7 +335,7 @@ def test_vtk_draws_the_annotation_without_mathematics_and_tables(name):
 def test_json_escapes_invisible_characters_and_keeps_its_values():
     """Escapes for control, format and separator characters of all of Unicode; letters stay."""
     characters = [chr(code) for code in range(0x110000)]
-    # each in a text of its own: two halves that follow each other would be read as a single character
+    # each in a separate text: two halves that follow each other would be read as a single character
     record = {f"a{character}b": f"{character}c" for character in characters}
     text = format_json(record)
     text.encode("utf-8")

@@ -15,7 +15,7 @@ from fuzz_fleets import find_problem, finished_fleet, run_timed, write_fleet
 from small_fleet import write_small_fleet
 
 NOBODY = 65534
-# Commands of 62 CPU s in all took 549 s beside other programs; a hang has no end.
+# Commands of 62 CPU s in all took 549 s while other programs ran; a hang has no end.
 LONGEST_S = 600.0
 RUN = ["fleet", "run", "trial/fleet.toml", "--out", "out"]
 

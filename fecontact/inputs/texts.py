@@ -297,7 +297,7 @@ def quote_path(path: Path | str) -> str:
     if not any(map(is_invisible, text)):
         return shlex.quote(text)
     quoted = re.sub(r"[\\']", r"\\\g<0>", text)
-    # half a character stands for a byte of a name that is not UTF-8
+    # half a character is a byte of a name that is not UTF-8
     quoted = re.sub("[\udc80-\udcff]", lambda half: f"\\x{ord(half[0]) - 0xDC00:02x}", quoted)
     return f"$'{escape_line(quoted)}'"
 

@@ -48,7 +48,7 @@ def code_lines(code: VehicleCode) -> OutputLines:
     Returns
     -------
     iterator of str
-        Lines with the source beside each statement.
+        Lines, with a source for each statement.
     """
     yield f"Theories of the pressure in {code.name}, the cheapest first:"
     for name in THEORIES:
