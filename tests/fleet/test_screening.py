@@ -35,7 +35,7 @@ from fecontact.features.fleet.report import explain_answer, write_report
 from fecontact.features.fleet.screened_position import STRIP_UNCERTAINTY, make_position_row, screen_variant
 from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, MEASURE_COLUMNS
 from fecontact.judging.measures import compare_theories, compute_deviations
-from fecontact.profiles.examples import write_examples
+from fecontact.profiles.examples import format_points, make_worn_points, write_examples
 from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -43,7 +43,12 @@ from fecontact.profiles.writers import sample_points
 from fecontact.solving.alone import compute_normal_force
 from fecontact.solving.placing import make_wheelset, place_case
 from fecontact.solving.position import expect_on_half_space
-from fecontact.solving.profile_variants import judge_case_variants, label_reference, list_profile_variants
+from fecontact.solving.profile_variants import (
+    REFERENCE_LABEL,
+    judge_case_variants,
+    label_reference,
+    list_profile_variants,
+)
 
 ROOT = Path(__file__).parents[2]
 FLEET = """
@@ -399,12 +404,15 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     # a declared filter is the only one
     row = make_position_row({long: line, noise: line})
     assert [row[column] for column in FILTER_COLUMNS] == [None, None, "HOLDS"]
-    # exact profiles, and profiles whose noise asks for longer filters, have no usual filter
+    # exact profiles have no filter
     row = make_position_row({"own line": far})
     assert (row["verdict"], row["margin"]) == ("FAILS", pytest.approx((0.05 - 0.2) / 0.005))
     assert [row[column] for column in FILTER_COLUMNS] == ["FAILS"] * 3
+    # a declared filter would replace a longer filter that noise asks for, and was not judged
     row = make_position_row({"filter 12 mm": line, "filter 17 mm": far})
-    assert [row[column] for column in FILTER_COLUMNS] == ["OPEN"] * 3
+    assert [row[column] for column in FILTER_COLUMNS] == [None] * 3
+    row = make_position_row({REFERENCE_LABEL: line, short: line, "filter 9 mm": far})
+    assert [row[column] for column in FILTER_COLUMNS] == [None] * 3
     # a variant without a contact leaves the position open
     row = make_position_row({middle: line, long: None})
     assert (row["verdict"], row["open_because"], row["variants_holding"], row["lines"]) == ("OPEN", "filter", 1, 2)
@@ -455,15 +463,42 @@ def test_a_sample_has_the_variants_of_its_screen(fleet):
         assert row.lines == (1 if variants is None else len(variants.all))
 
 
-def test_shares_of_each_filter_and_of_open_positions_are_sums_of_weights(fleet):
+def test_shares_of_open_positions_are_sums_of_weights(fleet):
     rows, answer = screened(fleet[1].out), evaluate_fleet(fleet[1].out)
+    expected = rows.groupby("open_because")["weight"].sum().to_dict()
+    assert {row["value"]: row["share"] for row in answer.open_causes} == pytest.approx(expected)
+    # the noise asks for longer filters than the usual ones: what a declared filter would give is not known
+    assert rows.loc[rows["lines"] > 1, [*FILTER_COLUMNS]].isna().all(axis=None)
+    assert answer.filters == []
+
+
+def test_shares_of_each_filter_are_sums_of_weights_and_are_those_of_a_declared_filter(tmp_path):
+    path = file_of(tmp_path, ["60E1", "smooth/rail.csv", "measured/rail.csv"])
+    (tmp_path / "smooth").mkdir()
+    draws = np.random.default_rng(3)
+    for body, name in (("wheel", "S1002"), ("rail", "60E1")):
+        points = make_worn_points(name, 0.0, 0.3, 0.0002, draws)
+        (tmp_path / "smooth" / f"{body}.csv").write_text(format_points(points, "little noise"))
+    options = "".join(f'[case.{body}_file]\nnominal = "none"\n' for body in ("wheel", "rail"))
+    text = path.read_text().replace('"measured/wheel.csv"', '"smooth/wheel.csv"') + options
+    path.write_text(text)
+    out = run(path, tmp_path / "out").out
+    rows, answer = screened(out), evaluate_fleet(out)
     assert [share["filter_mm"] for share in answer.filters] == pytest.approx([*FILTER_COLUMNS.values()])
     for share, column in zip(answer.filters, FILTER_COLUMNS, strict=True):
+        is_judged = rows[column].notna()
         for name in ("holds", "fails", "open"):
             expected = rows.loc[rows[column] == name.upper(), "weight"].sum()
             assert (share[name] or 0.0) == pytest.approx(expected, abs=1e-12)
-    expected = rows.groupby("open_because")["weight"].sum().to_dict()
-    assert {row["value"]: row["share"] for row in answer.open_causes} == pytest.approx(expected)
+        # a third of the rails is noisy
+        assert share["unknown"] == pytest.approx(rows.loc[~is_judged, "weight"].sum()) == pytest.approx(1.0 / 3.0)
+    assert any("where noise decides the filter, this is unknown" in sentence for sentence in explain_answer(answer))
+    # the same verdicts where the filter is declared, except where noise samples differ
+    path.write_text(f"filter_mm = 8\n{text}")
+    declared = screened(run(path, tmp_path / "declared").out)
+    judged_rows = rows["filter_8_mm"].notna()
+    verdicts = zip(rows.loc[judged_rows, "filter_8_mm"], declared.loc[judged_rows, "verdict"], strict=True)
+    assert all("OPEN" in pair or len({*pair}) == 1 for pair in verdicts)
 
 
 def test_a_declared_filter_of_a_fleet_is_the_only_one(tmp_path):

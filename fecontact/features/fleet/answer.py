@@ -540,7 +540,10 @@ _REFUSALS = f"""
 
 
 def _query_shares_by_filter(tables: DuckDBPyConnection) -> list[Record]:
-    """Shares by verdict for each usual filter if it were declared; empty for a fleet with a declared filter."""
+    """Shares by verdict for each usual filter if it were declared; empty for a fleet with a declared filter.
+
+    The verdict is unknown for profiles whose noise asks for a longer filter.
+    """
     counts = ", ".join(f"count({column}) FILTER (lines > 1) AS {column}" for column in FILTER_COLUMNS)
     (counts_by_column,) = query_rows(tables, f"SELECT {counts} FROM screen")
     if not all(counts_by_column.values()):
@@ -550,8 +553,10 @@ def _query_shares_by_filter(tables: DuckDBPyConnection) -> list[Record]:
         for column, length in FILTER_COLUMNS.items()
         for row in query_rows(
             tables,
-            f"SELECT {length}::DOUBLE AS filter_mm, {_SHARES_SQL}"
-            f" FROM (SELECT weight, coalesce({column}, verdict) AS verdict FROM screen)",
+            f"SELECT {length}::DOUBLE AS filter_mm, {_SHARES_SQL},"
+            " sum(weight) FILTER (verdict = 'UNKNOWN') / sum(weight) AS unknown FROM (SELECT weight,"
+            f" CASE WHEN {column} IS NULL AND lines > 1 AND verdict <> '{REFUSED}' THEN 'UNKNOWN'"
+            f" ELSE coalesce({column}, verdict) END AS verdict FROM screen)",
         )
     ]
 

@@ -176,7 +176,11 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
         shares = ", ".join(
             f"{format_percent(row['holds'] or 0.0)} % with {row['filter_mm']:.1f} mm" for row in answer.filters
         )
-        yield f"If one filter were declared, Hertz would hold by the screen in {shares}."
+        unknown = max(row["unknown"] or 0.0 for row in answer.filters)
+        exception = f"; in {format_percent(unknown)} %, where noise decides the filter, this is unknown" * (
+            unknown > 0.0
+        )
+        yield f"If one filter were declared, Hertz would hold by the screen in {shares}{exception}."
     low, high = (format_percent(bound) for bound in population.bounds)
     if population.drawn:
         yield (
@@ -444,6 +448,7 @@ _FILTER_COLUMNS = [
     _make_percent_column("fails\n%", lambda row: row["fails"] or 0.0),
     _make_percent_column("unresolved\n%", lambda row: row["open"] or 0.0),
     _make_percent_column("refused\n%", lambda row: row["refused"] or 0.0),
+    _make_percent_column("unknown\n%", lambda row: row["unknown"] or 0.0),
 ]
 _REFUSAL_COLUMNS = [
     text_column("screen", "verdict"),

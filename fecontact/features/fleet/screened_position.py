@@ -22,7 +22,6 @@ from fecontact.judging.measures import UNCERTAINTIES, compare_theories, compute_
 from fecontact.judging.theory_pair import POINTS_ACROSS, evaluate_pressure
 from fecontact.judging.verdict import ANSWERS_BEST_FIRST, JUNCTION_CAUSE, PROFILE_CAUSE, Answer, judge
 from fecontact.placement.wheel_on_rail import Placement
-from fecontact.profiles.smoothing import PRACTICE_MIDDLE_MM
 from fecontact.solving.alone import HALF_SPACE, STRIPS, compute_normal_force
 from fecontact.solving.position import expect_on_half_space
 from fecontact.solving.profile_variants import REFERENCE_LABEL
@@ -227,14 +226,15 @@ def _describe_open_cause(answers: Mapping[str, Answer]) -> str:
 def _answer_with_filter(answers: Mapping[str, Answer], filter_mm: float) -> str | None:
     """Verdict if a usual filter were declared, from the answers on all variants.
 
-    The variants with this filter count, and all variants that do not differ by a usual filter: noise samples, and
-    profiles whose noise asks for longer filters. None if usual filters were judged, but not this one.
+    The variants with this filter count, and noise samples. None if this filter was not judged: if other filters were
+    declared, or if the noise of a profile asks for a longer filter, which a declared filter would replace.
     """
     usual_lengths = {label: usual for label in answers if (usual := _find_usual_length(label)) is not None}
-    if usual_lengths and REFERENCE_LABEL in answers:
-        # the reference variant of a pair of which one profile has a longer filter
-        usual_lengths[REFERENCE_LABEL] = PRACTICE_MIDDLE_MM
-    if usual_lengths and filter_mm not in usual_lengths.values():
+    has_unusual_length = any(read_filter_mm(label) is not None and label not in usual_lengths for label in answers)
+    # the reference variant has no common length if the profiles of a pair have different filters
+    has_different_filters = REFERENCE_LABEL in answers and len(answers) > 1
+    is_judged = not usual_lengths or filter_mm in usual_lengths.values()
+    if has_unusual_length or has_different_filters or not is_judged:
         return None
     answer = _find_common_answer(
         {label: answer for label, answer in answers.items() if usual_lengths.get(label, filter_mm) == filter_mm}
