@@ -95,6 +95,7 @@ OWN_NODES = ("ellipses, own nodes", "others, own nodes")
 # Largest share of true errors outside the stated errors, and largest stated error over the 95 % quantile.
 OUTSIDE_PERCENT = 5.0
 MOST_STATED = 3.0
+WIDE_REASON = "The stated uncertainty is wider than necessary: verdicts near a limit are unresolved more often."
 # Measures that are too small in symmetric contacts to decide whether their stated error is too large.
 OF_SKEW = ("centre_over_b",)
 SEED = 20240612
@@ -944,9 +945,11 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                 limit = 100.0 * MOST_STATED
                 check_list.append(
                     Check(
-                        quantity=f"{name}, stated over true, %",
+                        quantity=f"{name}, stated uncertainty over true error, %",
                         value=100.0 * ratio,
                         limit_percent=limit,
+                        is_error=False,
+                        explanation=WIDE_REASON,
                         **common_entries,
                     )
                 )

@@ -183,6 +183,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             expected=None,
             limit_percent=LIMIT_PERCENT,
             uncertainty_percent=1e2 * float(row["creep_verdict_uncertainty_of_muN"]),
+            explanation="Hertz's ellipse is not the real patch: this is the error of Hertz that the study asks for",
         )
         for row in rows
         if row["verdict_answer"] == "HOLDS"

@@ -240,6 +240,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
                     expected=expected,
                     limit_percent=limit,
                     uncertainty_percent=float(row[f"steps_uncertainty_bodies_to_plastic_{measure}_percent"]),
+                    explanation="the uncertainty of the axisymmetric elements is not stated",
                 )
             )
     return sphere_checks

@@ -204,6 +204,7 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
             expected=None,
             limit_percent=PEAK_PERCENT,
             uncertainty_percent=float(row["hertz_uncertainty_p_max_percent"]),
+            explanation="the screen has strips, whose uncertainty is not stated",
         )
         for position, row in matched_rows
         if position.stratum.startswith("surely") and position.place != STRIPS_ARE_OFF

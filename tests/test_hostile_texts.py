@@ -35,7 +35,8 @@ from fecontact.outputs.tables import write_csv
 from fecontact.outputs.terminal import print_parts
 from fecontact.profiles.library import load_library_profile, profile_identity
 from fecontact.profiles.writers import csv_text
-from fecontact.regression.checks import Check, render_reports
+from fecontact.regression.check_pages import UnsolvedCases, render_reports
+from fecontact.regression.checks import Check
 
 VISIBLE = (
     *(r"w$\frac{$x", "a$b$c", r"a\$b", "<script>alert(1)</script>".replace("/", "_"), "&amp;", "a_b^c{d}"),
@@ -303,7 +304,8 @@ def test_a_name_stays_in_its_cell_of_a_page_in_markdown(name):
         quantity=name, case=name, reference=name, kind="other code", value=1.0, expected=1.0, uncertainty_percent=None,
         limit_percent=1.0,
     )  # fmt: skip
-    for text in render_reports({"study": [check]}, {"study": name}, {}, [f"study: {name}"]).values():
+    unsolved = [UnsolvedCases(study="study", reason=name)]
+    for text in render_reports({"study": [check]}, {"study": name}, {}, unsolved).values():
         assert is_clean(text)
         assert "<script>" not in text
         rows = [line for line in text.splitlines() if line.startswith("|")]

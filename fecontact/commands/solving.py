@@ -258,6 +258,7 @@ def validate(
         )
     print(
         f"{count_text(len(result.checks), 'check')}, {len(result.failed)} failed,"
-        f" {count_text(len(result.unusable), 'study', 'studies')} with unusable cases: {quote_path(result.path)}"
+        f" {count_text(len(result.unsolved), 'study', 'studies')} with cases that were not solved:"
+        f" {quote_path(result.path)}"
     )
-    return 3 if result.unusable else int(bool(result.failed))
+    return 3 if result.unsolved else int(bool(result.failed))

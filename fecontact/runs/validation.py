@@ -12,7 +12,8 @@ from fecontact.files import check_regular_file, write_text
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
 from fecontact.outputs.records.results import package_versions
-from fecontact.regression.checks import Check, render_reports
+from fecontact.regression.check_pages import UnsolvedCases, render_reports
+from fecontact.regression.checks import Check
 from fecontact.runs.casefile import Study, load_study
 from fecontact.runs.study import run_study
 
@@ -25,14 +26,14 @@ class Validation:
     ----------
     checks
         Checks of all studies.
-    unusable
-        Studies with cases or checks without a usable result.
+    unsolved
+        Cases or checks without a result.
     path
         File of the table.
     """
 
     checks: tuple[Check, ...]
-    unusable: tuple[str, ...]
+    unsolved: tuple[UnsolvedCases, ...]
     path: Path
 
     @property
@@ -72,28 +73,28 @@ def validate(
         The checks.
     """
     checks_by_study: dict[str, list[Check]] = {}
-    unusable = []
+    unsolved = []
     for study in studies:
         with watched(study.name) as progress:
             outcome = run_study(study, out / study.name, settings=RunSettings(workers=workers), progress=progress)
-        unusable_ids = [str(row["id"]) for row in outcome.rows if not is_usable_status(row)]
-        if unusable_ids:
-            unusable.append(f"{study.name}: {', '.join(unusable_ids)}")
+        reasons = [f"{row['id']} ({row['status']})" for row in outcome.rows if not is_usable_status(row)]
+        if reasons:
+            unsolved.append(UnsolvedCases(study=study.name, reason=", ".join(reasons)))
         assert study.checks is not None
         try:
             checks_by_study[study.name] = study.checks([row for row in outcome.rows if is_usable_status(row)])
         except FecontactError as error:
             # an error in a study must not lose hours of other studies
-            unusable.append(f"{study.name}: error in its checks: {error}")
+            unsolved.append(UnsolvedCases(study=study.name, reason=f"error in its checks: {error}"))
     path = table or out / "VALIDATION.md"
     questions = {study.name: study.question for study in studies}
     check_regular_file(path)
     previous_text = path.read_text("utf-8") if path.exists() else ""
-    summary, *pages = render_reports(checks_by_study, questions, package_versions(), unusable, previous_text).items()
+    summary, *pages = render_reports(checks_by_study, questions, package_versions(), unsolved, previous_text).items()
     for place, text in ((path.name, summary[1]), *pages):
         write_text(path.parent / place, text)
     checks = tuple(check for study_checks in checks_by_study.values() for check in study_checks)
-    return Validation(checks=checks, unusable=tuple(unusable), path=path)
+    return Validation(checks=checks, unsolved=tuple(unsolved), path=path)
 
 
 def load_checked_studies(paths: Sequence[Path], *, quick: bool = False) -> tuple[Study, ...]:

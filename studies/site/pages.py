@@ -118,9 +118,10 @@ def study(path: Path) -> str:
     answer = re.search(rf"^\| \[`\w+`\]\({path.stem}\.py\).*?\|[^|]*\| (.*) \|$", STUDIES_README, re.MULTILINE)
     parts = [f"# {path.stem}: {question}", answer[1] if answer else "", body.strip()]
     if checked.exists():
-        _, *tables = re.split(r"^## ", checked.read_text("utf-8"), flags=re.MULTILINE)
+        head, *tables = re.split(r"^## ", checked.read_text("utf-8"), flags=re.MULTILINE)
+        _, _, answer_text = head.strip().split("\n\n", 2)
         about = "From the last [validation](VALIDATION.md) at full size; nothing was run for this page."
-        parts += ["## Checks", about, *(f"### {table}" for table in tables)]
+        parts += ["## Checks", about, answer_text, *(f"### {table}" for table in tables)]
     script = "\n".join(f"    {line}".rstrip() for line in code.splitlines())
     return "\n\n".join([*parts, "## Script", f'??? example "studies/{path.name}"\n\n    ```python\n{script}\n    ```'])
 
