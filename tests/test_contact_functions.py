@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 from io import StringIO
+from pathlib import Path
 
 import pytest
 from rich.console import Console
@@ -167,7 +168,7 @@ def test_the_command_prints_tables_or_json_and_draws(capsys, tmp_path):
     assert call(["geometry", "--shifts", "-1:1:1,8", "--out", str(picture)]) == 0
     text = capsys.readouterr().out
     assert "jump at a shift of +0.226 mm" in text
-    assert "no position at +8.00 mm" in text
+    assert "no position at +8.00 mm: left side: " in text
     assert "equivalent conicity" in text
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert call(["geometry", "--shifts", "1", "--json", "--yaw-mrad", "4"]) == 0
@@ -230,3 +231,14 @@ def test_the_geometry_as_a_table_has_the_numbers_of_its_json(tmp_path, capsys):
     # where it cannot stand the table says so
     assert rows[2]["problem"]
     assert rows[2]["roll_mrad"] == ""
+
+
+def test_shifts_without_a_position_have_a_common_line(capsys):
+    tongue = Path(__file__).parents[1] / "studies" / "profiles" / "switch_tongue_20.toml"
+    assert call(["geometry", "--rail", str(tongue), "--inclination", "none", "--shifts", "-5:-4:0.5,4:8:0.5"]) == 0
+    reasons = [line for line in capsys.readouterr().out.splitlines() if line.startswith("no position at ")]
+    ends = [line.split(": left")[0].split(": right")[0] for line in reasons]
+    assert ends == [
+        "no position at -5.00 to -4.50 mm (2 shifts); at the first",
+        "no position at +4.50 to +8.00 mm (8 shifts); at the first",
+    ]

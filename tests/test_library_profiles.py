@@ -30,6 +30,7 @@ from fecontact.profiles.reading import Reading, is_crane_rail
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.profiles.segments import Arc
 from fecontact.profiles.unavailable import UNAVAILABLE
+from fecontact.profiles.writers import write_profile_text
 from fecontact.solving.placing import place_case
 
 OUTLINED = [name for name in list_names("rail") if load_library_profile(name).outline]
@@ -445,6 +446,41 @@ def test_the_list_is_grouped_and_has_each_profile_once(capsys):
         kind = load_library_profile(name).kind
         title = max(i for i, line in enumerate(lines[: first_words.index(name)]) if re.match("(Rails|Wheels): ", line))
         assert lines[title].strip() == f"{kind.capitalize()}s: {find_group(name)}"
+
+
+def test_a_profile_written_as_segments_is_equal_to_that_of_the_library(tmp_path):
+    path = tmp_path / "own.toml"
+    for name in list_names():
+        library_profile = load_library_profile(name)
+        path.write_text(write_profile_text(library_profile, name, ".toml"), "utf-8")
+        if library_profile.kind == "rail":
+            written_profile = resolve_rail(str(path), Reading())
+        else:
+            written_profile = resolve_wheel(str(path), Reading()).profile
+        assert written_profile.length_mm == library_profile.length_mm, name
+        arcs = np.linspace(0.0, library_profile.length_mm, 50)
+        points, written_points = (
+            profile.evaluate(profile.at_arc_length(arcs)) for profile in (library_profile, written_profile)
+        )
+        assert np.array_equal(points.y, written_points.y), name
+        assert np.array_equal(points.z, written_points.z), name
+
+
+def test_only_a_profile_of_the_library_is_written_as_segments(tmp_path, capsys):
+    path = tmp_path / "own.toml"
+    assert call(["profiles", "uic60", "--write", str(path)]) == 0
+    assert "radii = [300.0, 80.0, 13.0]" in path.read_text("utf-8")
+    # another radius moves the sides, so that the outline below them has a gap; the remedy of the refusal is followed
+    changed = path.read_text("utf-8").replace("radii = [300.0,", "radii = [250.0,")
+    path.write_text(changed, "utf-8")
+    assert call(["profiles", str(path)]) == 2
+    assert "or leave out all [[body]] segments" in capsys.readouterr().err
+    path.write_text(changed.partition("[[body]]")[0], "utf-8")
+    assert call(["profiles", str(path)]) == 0
+    assert "250" in capsys.readouterr().out
+    assert call(["profiles", "circle:300", "--write", str(path), "--kind", "rail"]) == 2
+    assert "write its points to a .csv file" in capsys.readouterr().err
+    assert "radii = [250.0," in path.read_text("utf-8")
 
 
 def test_the_guide_has_each_profile_its_other_names_and_the_unavailable_profiles():

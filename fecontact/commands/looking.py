@@ -309,7 +309,8 @@ def profiles(
     out
         File for a picture (.png or .svg; both are written).
     write
-        File into which the profile is written, in columns (.csv).
+        File into which the profile is written: columns of points (.csv), or for a name of the library its radii and
+        segments with comments (.toml).
     library
         Folder of your profiles.
     examples
@@ -320,7 +321,6 @@ def profiles(
     from fecontact.files import require_ending, write_text
     from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines, profile_record
     from fecontact.outputs.style import PICTURE_ENDINGS
-    from fecontact.outputs.tables import TABLE_ENDINGS
     from fecontact.profiles.library import find_in_folder, refuse_unknown_profile
     from fecontact.profiles.recognition import find_nearest_profiles
     from fecontact.profiles.resolve import (
@@ -331,10 +331,10 @@ def profiles(
         resolve_rail,
         resolve_wheel,
     )
-    from fecontact.profiles.writers import csv_text
+    from fecontact.profiles.writers import WRITTEN_ENDINGS, write_profile_text
 
     if write is not None:
-        require_ending(write, TABLE_ENDINGS, "profile")
+        require_ending(write, WRITTEN_ENDINGS, "profile")
     if out is not None:
         require_ending(out, PICTURE_ENDINGS, "picture")
     if examples is not None:
@@ -364,7 +364,9 @@ def profiles(
     close = [] if profile.points is None else find_nearest_profiles(profile.points, profile.kind)
     header = header_of_file(profile_file)
     with reporting_replaced_files(write):
-        written_file = None if write is None else write_text(write, csv_text(profile))
+        written_file = (
+            None if write is None else write_text(write, write_profile_text(profile, profile_file, write.suffix))
+        )
     with reporting_replaced_files(out):
         picture = None if out is None else draw_profile(profile, out)
     print_answer(

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 _RADII = ("rail", "wheel_lateral", "wheel_rolling")
 # the last two inputs are included only if they are given
 _INPUT_NAMES = (
@@ -251,10 +254,25 @@ def contact_functions_lines(record: TableRecord) -> OutputLines:
             f"loaded with {row['wheel_load_N'] / 1e3:g} kN per wheel, amplitude {row['amplitude_mm']:g} mm: conicity"
             f" {row['overlap']:.3f} by overlapping strips, {row['half_space']:.3f} by the half-space"
         )
-    for row in record["positions"]:
-        if "problem" in row:
-            yield f"no position at {row['lateral_shift_mm']:+z.2f} mm: {row['problem']}"
+    yield from _list_impossible_shifts(record["positions"])
     yield from note_lines(record["warnings"])
+
+
+def _list_impossible_shifts(rows: Sequence[TableRecord]) -> Iterator[str]:
+    """Iterate over the reasons for shifts without a position.
+
+    Adjacent shifts have a common line if their reasons differ only by numbers.
+    """
+    for reason, group in groupby(rows, key=lambda row: _NUMBER.sub("", row.get("problem", ""))):
+        impossible = list(group)
+        shifts_mm = [f"{row['lateral_shift_mm']:+z.2f}" for row in impossible]
+        if reason and len(impossible) == 1:
+            yield f"no position at {shifts_mm[0]} mm: {impossible[0]['problem']}"
+        elif reason:
+            yield (
+                f"no position at {shifts_mm[0]} to {shifts_mm[-1]} mm ({len(impossible)} shifts); at the first:"
+                f" {impossible[0]['problem']}"
+            )
 
 
 def _conicity_lines(record: TableRecord) -> OutputLines:

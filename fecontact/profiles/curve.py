@@ -170,6 +170,8 @@ class Profile:
                         f"{self.name}: {chain_name}: segment {i + 1} ends at ({end.y[1]:.6g}, {end.z[1]:.6g}) mm but "
                         f"segment {j + 1} starts at ({ends[j].y[0]:.6g}, {ends[j].z[0]:.6g}) mm; the gap is {gap:.3g} "
                         f"mm; allowed: at most {JOINT_GAP_MM:g} mm; give both points equal coordinates"
+                        + ", or leave out all [[body]] segments: the running surface is enough"
+                        * closed
                     )
             if not closed and not ends[0].y[0] < ends[-1].y[1]:
                 raise InputError(

@@ -1,15 +1,19 @@
-"""Writers of profiles as files of columns."""
+"""Writers of profiles as files of columns, or of radii and segments."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from fecontact.arrays import Floats
+from fecontact.errors import InputError
 from fecontact.profiles.curve import Profile
+from fecontact.profiles.library import is_library_name, toml_text
 from fecontact.profiles.segments import Spline
 
 # Spacing of the points in a file. A profile through points keeps its points.
 STEP_MM = 0.1
+WRITTEN_ENDINGS = (".csv", ".toml")
+"""Endings of the files of a profile."""
 
 
 def sample_points(profile: Profile, step_mm: float = STEP_MM) -> Floats:
@@ -59,3 +63,42 @@ def csv_text(profile: Profile, *, step_mm: float = STEP_MM) -> str:
     """
     rows = "".join(f"{y:.12f},{z:.12f}\n" for y, z in sample_points(profile, step_mm))
     return f"# {profile.kind} {profile.name}: y to the field side, z up\ny [mm],z [mm]\n{rows}"
+
+
+def write_profile_text(profile: Profile, name: str, ending: str) -> str:
+    """Text of a file of a profile: points, or radii and segments with comments.
+
+    Parameters
+    ----------
+    profile
+        Rail or wheel.
+    name
+        Name or file from which the profile was read.
+    ending
+        Ending of the file, `.csv` or `.toml`.
+
+    Returns
+    -------
+    str
+        Text of the file.
+
+    Raises
+    ------
+    InputError
+        If a `.toml` file is wanted of a profile that is not in the library.
+
+    Examples
+    --------
+    >>> from fecontact.profiles.library import load_library_profile
+    >>> text = write_profile_text(load_library_profile("60E1"), "60E1", ".toml")
+    >>> "radii = [300.0, 80.0, 13.0]" in text
+    True
+    """
+    if ending.lower() == ".csv":
+        return csv_text(profile)
+    if not is_library_name(name):
+        raise InputError(
+            f"{name!r} has no radii and segments in the library; write its points to a .csv file,"
+            " or write a similar profile of the library to a .toml file and change it"
+        )
+    return toml_text(name)
