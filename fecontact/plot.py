@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, Any
 
 from fecontact.errors import InputError
 from fecontact.outputs.figures.case import case_inches, draw_case
-from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
-from fecontact.outputs.records.results import lobe_records, result_record
+from fecontact.outputs.figures.paper import (
+    MM_PER_INCH,
+    Field,
+    draw_field,
+    draw_paper_case,
+    measure_paper_case,
+    refuse_width,
+)
+from fecontact.outputs.figures.pressure_maps import PressureFields
+from fecontact.outputs.records.results import result_record
 from fecontact.outputs.style import show_text_literally
 from fecontact.solving.solve import CaseResult
 
@@ -17,23 +25,40 @@ if TYPE_CHECKING:
 
 __all__ = ["case", "map"]
 
-Field = Literal["finite elements", "Hertz", "Hertz minus finite elements"]
+# Widths of a single field and of both columns of a page in mm, if no width is given.
+_FIELD_MM, _PAGE_MM = 127.0, 170.0
 
 
-def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite elements") -> Figure | SubFigure:
-    """Draw the whole picture of a result, or a single field into given axes.
+def case(
+    result: CaseResult,
+    axes: Axes | None = None,
+    *,
+    field: Field | None = None,
+    width_mm: float | None = None,
+    title: bool = True,
+    numbers: bool = True,
+) -> Figure | SubFigure:
+    """Draw a result: the whole picture, a picture for a paper, or a single field.
 
-    The whole picture is equal to `case.png`.
+    Fonts and lines follow matplotlib's `rcParams`. A saved figure can be PNG, SVG or PDF.
 
     Parameters
     ----------
     result
         Result of a case.
     axes
-        Axes for the map of a single field. Without axes, a new figure gets all maps, cuts and measures.
+        Axes for a single field. Without axes, a new figure is made.
     field
-        Field for given axes: pressure of `finite elements` (of yielding bodies if there is a yield stress), of `Hertz`,
-        or `Hertz minus finite elements`, from which the deviations of the verdict follow.
+        Single field: pressure of `finite elements` (of yielding bodies if there is a yield stress), of `Hertz`, or
+        `Hertz minus finite elements`, from which the deviations of the verdict follow; `lateral cut` or
+        `longitudinal cut` through the peak. If not given, axes have the finite elements, and a figure has all fields.
+    width_mm
+        Width of a new figure in mm, such as 85 or 170 in a paper. If not given, the whole picture is equal to
+        `case.png`.
+    title
+        Whether the picture has a title.
+    numbers
+        Whether the lobes have numbers.
 
     Returns
     -------
@@ -43,26 +68,34 @@ def case(result: CaseResult, axes: Axes | None = None, *, field: Field = "finite
     Raises
     ------
     InputError
-        If the field does not exist.
+        If the field does not exist, or if the width is outside its range or given with axes.
 
     Examples
     --------
     >>> import fecontact
     >>> pair = {"rail": "circle:300", "wheel": "cylinder:460", "inclination_rad": 0.0}
     >>> result = fecontact.solve(fecontact.Case(**pair, resolution="quick", refine="never"))
-    >>> figure = fecontact.plot.case(result, field="Hertz")
-    >>> len(figure.axes) > 1
-    True
+    >>> figure = fecontact.plot.case(result, field="lateral cut", width_mm=85)
+    >>> len(figure.axes)
+    1
     """
-    if field not in get_args(Field):
-        raise InputError(f"field is {field!r}; allowed: {', '.join(get_args(Field))}")
-    fields = PressureFields.of(result.load)
-    if axes is not None:
-        draw_pressure(axes, field, fields, lobe_records(result.load))
+    refuse_width(width_mm)
+    if axes is not None and width_mm is not None:
+        raise InputError("width_mm is given with axes, which have the width of their figure; leave one of them out")
+    fields, record = PressureFields.of(result.load), result_record(result)
+    if axes is not None or field is not None:
+        if axes is None:
+            width = (width_mm or _FIELD_MM) / MM_PER_INCH
+            axes = _make_figure(width, 0.75 * width).add_subplot()
+        draw_field(axes, field or "finite elements", record, result.placement, fields, title=title, numbers=numbers)
         show_text_literally(axes)
         return axes.figure
-    figure = _make_figure(*case_inches(fields))
-    draw_case(figure, result_record(result), result.placement, fields)
+    if width_mm is None and title and numbers:
+        figure = _make_figure(*case_inches(fields))
+        draw_case(figure, record, result.placement, fields)
+    else:
+        figure = _make_figure(*measure_paper_case(_PAGE_MM if width_mm is None else width_mm))
+        draw_paper_case(figure, record, result.placement, fields, title=title, numbers=numbers)
     show_text_literally(figure)
     return figure
 

@@ -362,12 +362,12 @@ def test_the_checksum_of_a_document_is_that_of_its_values(tmp_path):
 
 def test_a_picture_in_the_axes_of_the_caller_is_literal(monkeypatch):
     monkeypatch.setattr("fecontact.plot.PressureFields.of", lambda load: None)
-    monkeypatch.setattr("fecontact.plot.lobe_records", lambda load: [])
-    monkeypatch.setattr("fecontact.plot.draw_pressure", lambda axes, *_: axes.set_title(r"w$\frac{$x"))
+    monkeypatch.setattr("fecontact.plot.result_record", lambda result: {})
+    monkeypatch.setattr("fecontact.plot.draw_field", lambda axes, *_, **__: axes.set_title(r"w$\frac{$x"))
     axes = Figure().subplots()
 
     class Result:
-        load = None
+        load = placement = None
         case = Case()
 
     figure = fecontact.plot.case(Result(), axes)

@@ -6,6 +6,7 @@ Results are arrays, rows and pictures; the examples run unchanged.
 import doctest
 import importlib
 import inspect
+import math
 import pickle
 import pydoc
 import re
@@ -18,6 +19,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from kept import keep_case
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 import fecontact
@@ -213,6 +215,38 @@ def test_a_result_is_drawn_into_given_axes_or_a_figure_that_is_made(elliptic_qui
         fecontact.plot.case(elliptic_quick, axes, field="FE")
 
 
+def test_a_picture_for_a_paper_has_its_width_and_follows_the_settings_of_matplotlib(elliptic_quick, tmp_path):
+    with rc_context({"font.size": 7.0, "lines.linewidth": 0.75}):
+        figure = fecontact.plot.case(elliptic_quick, width_mm=170)
+        assert figure.get_figwidth() == pytest.approx(170.0 / 25.4)
+        # three fields with their scales, and two cuts
+        assert sum(bool(axes.images) for axes in figure.axes) == 3
+        cut = next(axes for axes in figure.axes if axes.get_title().startswith("lateral cut"))
+        # the usual picture has 1.3 points at the usual width of 1.5
+        assert cut.lines[0].get_linewidth() == pytest.approx(0.65)
+        assert cut.xaxis.label.get_fontsize() == 7.0
+        for ending, start in (("pdf", b"%PDF"), ("svg", b"<?xml")):
+            figure.savefig(tmp_path / f"case.{ending}")
+            assert (tmp_path / f"case.{ending}").read_bytes().startswith(start)
+    assert figure.get_suptitle().startswith("rail circle:300")
+    column = fecontact.plot.case(elliptic_quick, width_mm=85, title=False, numbers=False)
+    assert column.get_figwidth() == pytest.approx(85.0 / 25.4)
+    assert not column.get_suptitle()
+    field = fecontact.plot.case(elliptic_quick, field="lateral cut", width_mm=85, title=False)
+    assert [axes.get_title() for axes in field.axes] == [""]
+
+
+@pytest.mark.parametrize("width_mm", [0.0, 39.9, 1000.1, -85.0, math.nan])
+def test_a_width_in_which_nothing_can_be_read_is_refused(elliptic_quick, width_mm):
+    with pytest.raises(InputError, match=r"width_mm is .*; allowed: 40 to 1000; a page usually has 85 mm"):
+        fecontact.plot.case(elliptic_quick, width_mm=width_mm)
+
+
+def test_axes_have_the_width_of_their_figure(elliptic_quick):
+    with pytest.raises(InputError, match="leave one of them out"):
+        fecontact.plot.case(elliptic_quick, Figure().subplots(), width_mm=85)
+
+
 @pytest.mark.parametrize("study", [[], ["60E1"]])
 def test_running_needs_cases(study, tmp_path):
     with pytest.raises(InputError, match="at least one Case"):
@@ -248,7 +282,7 @@ def test_the_example_of_the_guide_runs(elliptic_quick, monkeypatch, tmp_path, ca
     monkeypatch.setattr(fecontact, "load", lambda folder: (elliptic_quick,), raising=False)
     exec(compile(code, "python.md", "exec"), {"__name__": "__main__"})
     assert calls == [([Case(lateral_shift_mm=-4.0), Case(lateral_shift_mm=4.0)], "out/mine")]
-    assert {path.name for path in tmp_path.iterdir()} == {"case.png", "map.png", "out", "rail.vtu"}
+    assert {path.name for path in tmp_path.iterdir()} == {"case.pdf", "case.png", "map.png", "out", "rail.vtu"}
     assert "0.0 HOLDS" in capsys.readouterr().out
 
 

@@ -101,6 +101,24 @@ def blank_figure(width: float, height: float) -> Figure:
     return figure
 
 
+def line_width(points: float) -> float:
+    """Width of a line that follows matplotlib's width of lines.
+
+    Parameters
+    ----------
+    points
+        Width in points at matplotlib's default of 1.5 (`lines.linewidth`).
+
+    Returns
+    -------
+    float
+        Width in points.
+    """
+    from matplotlib import rcParams, rcParamsDefault
+
+    return points * float(rcParams["lines.linewidth"]) / float(rcParamsDefault["lines.linewidth"])
+
+
 def series_style(number: int) -> dict[str, Any]:
     """Colour and mark of a series by its number."""
     return {"color": SERIES_COLOURS[number % len(SERIES_COLOURS)], "marker": SERIES_MARKS[number % len(SERIES_MARKS)]}
@@ -120,7 +138,7 @@ def add_grid(*axes: Axes) -> None:
 
 def add_legend_beside(ax: Axes, **options: Any) -> Legend:
     """Add a legend on the right of axes, where it hides nothing."""
-    return ax.legend(fontsize=9, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **options)
+    return ax.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **options)
 
 
 def set_plain_log_scale(ax: Axes, axis_names: str = "xy") -> None:

@@ -17,6 +17,7 @@ from fecontact.outputs.style import (
     ANSWER_COLOURS,
     Colour,
     blank_figure,
+    line_width,
     save_figure,
     save_image,
 )
@@ -122,7 +123,7 @@ def draw_case(figure: Figure, record: TableRecord, placement: Placement, fields:
         draw_pressure(ax, kind, fields, record["lobes"])
         for place in _junction_places_mm(placement, "rail"):
             # visible on the dark background of a pressure and on the light background of a difference
-            ax.axvline(place, color="0.6", ls=":", lw=1.2, label="_rail junction")
+            ax.axvline(place, color="0.6", ls=":", lw=line_width(1.2), label="_rail junction")
         ax.set_xlim(fields.limits_mm(across=True))
     words_left = 3.0 * map_spacing + 0.15 if is_tall else width - _WORDS_WIDTH
     cut_width = 0.5 * (width if is_tall else words_left)
@@ -183,14 +184,16 @@ def draw_lateral_cut(ax: Axes, placement: Placement, fields: PressureFields, *, 
     ):
         shown_places_mm = [place_mm for place_mm in junctions if low < place_mm < high]
         for number, place_mm in enumerate(shown_places_mm):
-            ax.axvline(place_mm, color=colour, ls=style, lw=1.3, label=name if number == 0 else None, zorder=0)
+            ax.axvline(
+                place_mm, color=colour, ls=style, lw=line_width(1.3), label=name if number == 0 else None, zorder=0
+            )
     ax.set_title(f"lateral cut at x = {grid.x_mm[i]:z.2f} mm", y=1.0)
     ax.set_xlim(low, high)
     if label:
         ax.set(xlabel=ACROSS_LABEL)
     else:
         ax.tick_params(labelbottom=False)
-    ax.legend(loc="best", fontsize=9)
+    ax.legend(loc="best", fontsize="small")
 
 
 def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
@@ -209,7 +212,7 @@ def draw_rolling_cut(ax: Axes, fields: PressureFields) -> None:
     _draw_cut(ax, (grid.x_mm, fields.fe[:, j]), (x, fields.ellipse.pressure_MPa(x, grid.s_mm[j])), elastic)
     ax.set_title(f"longitudinal cut at s = {grid.s_mm[j]:z.2f} mm", y=1.0)
     ax.set(xlabel=ROLLING_LABEL, xlim=fields.limits_mm(across=False))
-    ax.legend(loc="best", fontsize=9)
+    ax.legend(loc="best", fontsize="small")
 
 
 def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats], elastic: Floats | None) -> None:
@@ -219,10 +222,10 @@ def _draw_cut(ax: Axes, fe: tuple[Floats, Floats], hertz: tuple[Floats, Floats],
     of `fe`, if `fe` belongs to bodies that yield; None if not.
     """
     yields = "" if elastic is None else ", bodies that yield"
-    ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=1.3, label=f"finite elements{yields}")
+    ax.plot(*fe, color=Colour.FE, marker="o", ms=2.5, lw=line_width(1.3), label=f"finite elements{yields}")
     if elastic is not None:
-        ax.plot(fe[0], elastic, color=Colour.FE, ls=":", lw=1.3, label="finite elements, elastic bodies")
-    ax.plot(*hertz, color=Colour.HERTZ, ls="--", lw=1.6, label="Hertz")
+        ax.plot(fe[0], elastic, color=Colour.FE, ls=":", lw=line_width(1.3), label="finite elements, elastic bodies")
+    ax.plot(*hertz, color=Colour.HERTZ, ls="--", lw=line_width(1.6), label="Hertz")
     highest = max(float(pressure.max()) for pressure in (fe[1], hertz[1], *([] if elastic is None else [elastic])))
     ax.set(ylabel="pressure in MPa", ylim=(0.0, 1.12 * max(highest, 1.0)))
     ax.grid(alpha=0.3)
@@ -241,17 +244,17 @@ def _draw_rail(ax: Axes, placement: Placement, fields: PressureFields) -> None:
     is_on_rail = np.isfinite(height)
     bottom = float(np.nanmin(height)) - 0.06 * (high - low)
     ax.fill_between(s[is_on_rail], height[is_on_rail], bottom, color="0.85", lw=0.0)
-    ax.plot(s, height, color="0.2", lw=1.4)
+    ax.plot(s, height, color="0.2", lw=line_width(1.4))
     ends = [low, *(place for place in _junction_places_mm(placement, "rail") if low < place < high), high]
     for place in ends[1:-1]:
-        ax.axvline(place, color=Colour.RAIL_JUNCTION, lw=1.3, zorder=0)
+        ax.axvline(place, color=Colour.RAIL_JUNCTION, lw=line_width(1.3), zorder=0)
     profile = placement.rail.profile
     for left, right in pairwise(ends):
         u = profile.at_arc_length(0.5 * (left + right) + placement.first_arc_length_mm)
         curvature = profile.convex_sign * float(profile.evaluate(u).curvature_per_mm)
         if np.isfinite(curvature) and right - left > 0.12 * (high - low):
             radius = format_radius(invert_curvature_mm(curvature), "R {:.4g}")
-            ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize=8.5)
+            ax.text(0.5 * (left + right), bottom, radius, ha="center", va="bottom", fontsize="small")
     ax.set(xlabel=ACROSS_LABEL, ylabel="rail", yticks=[], aspect="equal", adjustable="datalim")
     ax.set_xlim(low, high)
 

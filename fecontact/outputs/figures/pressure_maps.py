@@ -14,7 +14,7 @@ from fecontact.contact.patch import build_signed_square
 from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.outputs.style import SIDE_LABELS
+from fecontact.outputs.style import SIDE_LABELS, line_width
 from fecontact.outputs.tables import TableRecord
 
 if TYPE_CHECKING:
@@ -147,11 +147,11 @@ def draw_pressure(
     if is_difference:
         # in grey both ends of the colour map are dark, so lines are dashed if the finite elements' pressure is larger
         levels = largest * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
-        ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=0.6)
+        ax.contour(fields.grid.s_mm, fields.grid.x_mm, values, levels=levels, colors="0.25", linewidths=line_width(0.6))
     _draw_outlines(ax, fields)
     _draw_lobes(ax, lobes)
     for colour, width in (("black", 3.0), ("white", 1.4)):
-        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=width, label="_first contact point")
+        ax.plot(0.0, 0.0, "+", color=colour, ms=9, mew=line_width(width), label="_first contact point")
     # with a given place matplotlib does not search for a place in each drawing
     ax.set_title(
         f"{kind}, bodies that yield" if kind == "finite elements" and fields.elastic is not None else kind, y=1.0
@@ -185,8 +185,14 @@ def _draw_outlines(ax: Axes, fields: PressureFields) -> None:
     ellipse = ellipse_outline(fields.ellipse)
     # drawn twice, since with path effects SVG files would differ from one drawing to the next
     for colour, width, label_prefix in (("black", 2.8, "_"), ("white", 1.4, "")):
-        ax.plot(*ellipse, color=colour, lw=width, ls="-" if label_prefix else (0, (4, 2)), label=f"{label_prefix}Hertz")
-        edge = ax.contour(s, x, square, levels=[0.0], colors=colour, linewidths=width)
+        ax.plot(
+            *ellipse,
+            color=colour,
+            lw=line_width(width),
+            ls="-" if label_prefix else (0, (4, 2)),
+            label=f"{label_prefix}Hertz",
+        )
+        edge = ax.contour(s, x, square, levels=[0.0], colors=colour, linewidths=line_width(width))
         edge.set(label=f"{label_prefix}finite elements")
 
 
@@ -225,7 +231,7 @@ def _draw_lobes(ax: Axes, lobes: Sequence[TableRecord]) -> None:
             textcoords="offset points",
             ha="center",
             va="center",
-            fontsize=8,
+            fontsize="small",
             weight="bold",
             bbox=box,
         )

@@ -23,6 +23,7 @@ from fecontact.outputs.style import (
     add_grid,
     add_legend_beside,
     blank_figure,
+    line_width,
     save_figure,
     series_style,
 )
@@ -112,7 +113,7 @@ def draw_study(
     else:
         _finish_deviations(deviation_axes, criteria)
     if any(_find_jumps(series_.rows).size for series_ in all_series):
-        text_style: dict[str, Any] = {"transform": touch_axes.transAxes, "fontsize": 8.5, "color": "0.35"}
+        text_style: dict[str, Any] = {"transform": touch_axes.transAxes, "fontsize": "small", "color": "0.35"}
         touch_axes.text(0.008, 0.03, "curves are interrupted where the contact point jumps", **text_style)
     _draw_answers(peak_axes, rows)
     _finish_study(peak_axes, deviation_axes, touch_axes, rows, rail)
@@ -155,7 +156,7 @@ def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
     drawn_limits = [(limits[name], MEASURE_WORDS[name].short) for name in ("p_max_MPa", "area_mm2") if name in limits]
     for (limit, _), grey in zip(sorted(drawn_limits, reverse=True), ("0.93", "0.86"), strict=False):
         ax.axhspan(-1e2 * limit, 1e2 * limit, color=grey, zorder=0)
-    ax.axhline(0.0, color="0.4", lw=0.8)
+    ax.axhline(0.0, color="0.4", lw=line_width(0.8))
     bands = ", ".join(f"{short} ±{1e2 * limit:g} %" for limit, short in drawn_limits)
     ax.set(ylabel="deviation of Hertz in %" + (f"\n(limits: {bands})" if bands else ""))
 
@@ -182,8 +183,8 @@ def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria)
         )
         _draw_series(ax, group, utilisation, uncertainty, label=MEASURE_WORDS[measure].short, **series_style(number))
     ax.axhspan(0.0, 1.0, color="0.93", zorder=0)
-    ax.axhline(1.0, color="0.3", lw=1.0, zorder=1)
-    style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": 8.5, "color": "0.35"}
+    ax.axhline(1.0, color="0.3", lw=line_width(1.0), zorder=1)
+    style: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "fontsize": "small", "color": "0.35"}
     ax.text(0.008, 1.03, "beyond the limit", va="bottom", **style)
     ax.text(0.008, 0.97, "within the limit", va="top", **style)
     # linear within the limits, logarithmic beyond
@@ -212,7 +213,9 @@ def _draw_answers(ax: Axes, rows: Sequence[RowMapping]) -> None:
             handles.append(Line2D([], [], ls="none", label=answer, **style))
     if handles:
         # outside, so that it never hides a verdict
-        legend = ax.legend(handles=handles, fontsize=9, loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz")
+        legend = ax.legend(
+            handles=handles, fontsize="small", loc="lower left", bbox_to_anchor=(1.01, 0.0), title="Hertz"
+        )
         # the layout makes no room for a clipped artist
         ax.add_artist(legend).set_clip_on(False)
 
@@ -228,9 +231,13 @@ def _draw_series(
     shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([is_usable_status(row) for row in group])
     usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
     # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump
-    ax.plot(np.insert(shift, breaks, np.nan), np.insert(usable_value, breaks, np.nan), lw=1.6, ms=5.5, **style)
+    ax.plot(
+        np.insert(shift, breaks, np.nan), np.insert(usable_value, breaks, np.nan), lw=line_width(1.6), ms=5.5, **style
+    )
     if uncertainty is not None:
-        ax.errorbar(shift, usable_value, yerr=uncertainty, fmt="none", ecolor=style["color"], capsize=2.5, lw=1.0)
+        ax.errorbar(
+            shift, usable_value, yerr=uncertainty, fmt="none", ecolor=style["color"], capsize=2.5, lw=line_width(1.0)
+        )
     ax.plot(shift[~is_usable], value[~is_usable], color=style["color"], **_UNUSABLE_STYLE)
 
 
@@ -288,11 +295,11 @@ def _draw_junction_levels(ax: Axes, rail: Profile) -> None:
     margin = 0.15 * (high - low) + 2.0
     shown_junctions = [junction for junction in rail.junctions if low - margin < junction.y_mm < high + margin]
     for junction in shown_junctions:
-        ax.axhline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=1.0, ls="-.", zorder=0)
+        ax.axhline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=line_width(1.0), ls="-.", zorder=0)
         sides = (junction.curvature_left_per_mm, junction.curvature_right_per_mm)
         radii = " | ".join(format_radius(invert_curvature_mm(curvature), "R{:.4g}") for curvature in sides)
         place: dict[str, Any] = {"xycoords": ("axes fraction", "data"), "xytext": (0, 2), "textcoords": "offset points"}
-        style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": 8.5, "color": Colour.RAIL_JUNCTION}
+        style: dict[str, Any] = {"ha": "right", "va": "bottom", "fontsize": "small", "color": Colour.RAIL_JUNCTION}
         ax.annotate(radii, (0.995, junction.y_mm), **place, **style)
     # margin for the words above the highest line
     top = max([high, *(junction.y_mm + 0.5 * margin for junction in shown_junctions)])
