@@ -1163,9 +1163,13 @@ def test_a_study_figure_has_a_line_for_each_load(elliptic_row, monkeypatch):
     base = {"id": "x", **elliptic_row}
     rows = [base | {"lateral_shift_mm": s, "load_kN": f} for s in (0.0, 1.0) for f in (60.0, 100.0)]
     peak, deviation, _ = draw_study_axes(monkeypatch, rows, criteria=Criteria(p_max=0.02, area=0.3))
-    assert [t.get_text() for t in peak.get_legend().get_texts()] == [
-        "FE, 60 kN", "Hertz, 60 kN", "FE, 100 kN", "Hertz, 100 kN",
-    ]  # fmt: skip
+    legends = [[text.get_text() for text in axes.get_legend().get_texts()] for axes in (peak, deviation)]
+    assert legends == [["60 kN", "100 kN", "finite elements", "Hertz"], ["peak pressure", "area"]]
+    # a row of verdicts for each load, one above the other
+    verdicts = [line for line in peak.get_lines() if line.get_label() == "_HOLDS"]
+    heights = [line.get_transform().transform((0.0, 1.0))[1] for line in verdicts]
+    assert len(verdicts) == 2
+    assert heights[1] - heights[0] == pytest.approx(12.0 / 72.0 * peak.figure.dpi)
     # the bands are the limits, only of the judged measures
     assert [abs(band.get_y()) for band in deviation.patches] == pytest.approx([30.0, 2.0])
     assert deviation.get_ylabel() == "deviation of Hertz in %\n(limits: p_max ±2 %, area ±30 %)"
@@ -1369,10 +1373,11 @@ def test_no_line_joins_places_between_which_the_contact_jumps(elliptic_row, monk
     rows = [elliptic_row | {"lateral_shift_mm": float(k), "hertz_b_mm": 3.0} for k in range(4)]
     for row, place in zip(rows, (0.0, 2.9, -0.2, -0.3), strict=True):
         row["contact_rail_y_mm"] = place
-    peak, _, _ = draw_study_axes(monkeypatch, rows)
-    (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
+    peak, _, touch = draw_study_axes(monkeypatch, rows)
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "finite elements"]
     shifts = line.get_xdata()
     assert shifts == pytest.approx([0.0, 1.0, math.nan, 2.0, 3.0], nan_ok=True)
+    assert touch.get_title(loc="left") == "curves are interrupted where the contact point jumps"
 
 
 def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, monkeypatch):
@@ -1387,7 +1392,7 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
     peak, _, touch = draw_study_axes(monkeypatch, rows)
     # side by side in their order; by shift, all would be at the same place
     assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
-    (line,) = [line for line in peak.get_lines() if line.get_label() == "FE"]
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "finite elements"]
     assert list(line.get_xdata()) == [0.0, 1.0]
     moduli = [elliptic_row | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]
     assert [one_series.label for one_series in split_into_series(moduli)] == ["young_MPa 200000", "young_MPa 210000"]

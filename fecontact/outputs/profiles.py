@@ -244,6 +244,8 @@ _PROBLEM_LABELS = {
 }
 # Shortest arc with a written radius, as a fraction of the picture's width. Radii of shorter arcs would overlap.
 _MIN_ARC_WIDTH = 0.045
+# Curvature up to which its scale is nearly linear, and height of a visible band as a fraction of the picture's height.
+_LINEAR_CURVATURE_PER_MM, _VISIBLE_HEIGHT = 5e-4, 0.02
 
 
 def draw_profile(profile: Profile, path: str | Path) -> Path:
@@ -267,9 +269,11 @@ def draw_profile(profile: Profile, path: str | Path) -> Path:
     ratios = (1.0, 1.0) if measured is None else (1.0, 0.8, 1.1)
     figure = blank_figure(10.5, 4.0 + 2.0 * len(ratios))
     profile_axes, *point_axes, curvature_axes = figure.subplots(len(ratios), 1, sharex=True, height_ratios=ratios)
+    _set_curvature_scale(curvature_axes)
+    bands: list[tuple[Floats, Floats]] = []
     for index, segment in enumerate(profile.segments):
         # slightly inside the ends, so that each segment shows its curvature up to its ends
-        p = profile.evaluate(index + np.linspace(1e-9, 1.0 - 1e-9, 300))
+        p = profile.evaluate(index + np.linspace(1e-9, 1.0 - 1e-9, 1200))
         curvature = profile.convex_sign * p.curvature_per_mm
         profile_axes.plot(p.y, p.z, color=colour, lw=1.8)
         curvature_axes.plot(p.y, curvature, color=colour, lw=1.8)
@@ -277,17 +281,16 @@ def draw_profile(profile: Profile, path: str | Path) -> Path:
             s = np.linspace(getattr(segment, "s_from", 0.0), getattr(segment, "s_to", 0.0), p.y.size)
             noise = 2.0 * np.interp(s, measured.s_mm, measured.curvature_noise_per_mm)
             curvature_axes.fill_between(p.y, curvature - noise, curvature + noise, color=colour, alpha=0.25, lw=0)
+            bands.append((curvature - noise, curvature + noise))
     for junction in profile.junctions:
         profile_axes.plot(junction.y_mm, junction.z_mm, "o", color=Colour.RAIL_JUNCTION, ms=5)
         for ax in (profile_axes, curvature_axes):
             ax.axvline(junction.y_mm, color=Colour.RAIL_JUNCTION, lw=0.8, ls=":", zorder=0)
-    # curvatures of a head span four decades of either sign
-    curvature_axes.set_yscale("symlog", linthresh=1e-3)
     curvature_axes.margins(y=0.08)
     curvature_axes.axhline(0.0, color="0.5", lw=0.8)
-    band_label = "" if measured is None else "\nband: twice the noise"
+    band_label = "\nband: twice the noise" if _is_band_visible(curvature_axes, bands) else ""
     curvature_axes.set(
-        ylabel=f"curvature in 1/mm, convex positive\n(logarithmic beyond ±0.001){band_label}",
+        ylabel=f"curvature in 1/mm, convex positive{band_label}",
         xlabel=f"y in mm\n{SIDE_LABELS}",
     )
     description = "" if measured is None else _draw_points(profile_axes, point_axes[0], measured)
@@ -296,6 +299,33 @@ def draw_profile(profile: Profile, path: str | Path) -> Path:
     draw_problems(profile_axes, profile)
     add_grid(profile_axes, *point_axes, curvature_axes)
     return save_figure(figure, path)
+
+
+def _set_curvature_scale(ax: Axes) -> None:
+    """Make a vertical axis of curvatures in 1/mm, which span four decades of either sign.
+
+    The scale is the inverse hyperbolic sine: logarithmic far from zero, linear at zero, and smooth between both.
+    """
+    from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+    decades = [10.0**power for power in range(-3, 3)]
+    ax.set_yscale("asinh", linear_width=_LINEAR_CURVATURE_PER_MM)
+    ax.yaxis.set_major_locator(FixedLocator([*(-decade for decade in decades), 0.0, *decades]))
+    ax.yaxis.set_minor_locator(NullLocator())
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda curvature_per_mm, _: f"{curvature_per_mm:g}"))
+
+
+def _is_band_visible(ax: Axes, bands: Sequence[tuple[Floats, Floats]]) -> bool:
+    """Whether a band between two curvatures is anywhere higher than a line is wide."""
+    if not bands:
+        return False
+    to_axes = ax.transScale.transform
+    low, high = to_axes(np.column_stack((np.zeros(2), ax.get_ylim())))[:, 1]
+    heights = [
+        float(np.max(to_axes(np.column_stack((top, top)))[:, 1] - to_axes(np.column_stack((bottom, bottom)))[:, 1]))
+        for bottom, top in bands
+    ]
+    return max(heights) > float(_VISIBLE_HEIGHT * (high - low))
 
 
 def _draw_points(profile_axes: Axes, deviation_axes: Axes, measured: SmoothingResult) -> str:

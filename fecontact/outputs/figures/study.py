@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,11 +34,23 @@ from fecontact.profiles.curve import Profile, format_radius, invert_curvature_mm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.transforms import Transform
 
 _TOUCH_COLUMN, _PLACE_COLUMN = "contact_rail_y_mm", "place in the picture"
 ANSWER_MARKS = {"HOLDS": "o", "UNRESOLVED": "D", "FAILS": "X", "failed": "s"}
 # Style of an unusable row.
 _UNUSABLE_STYLE: Mapping[str, Any] = {"marker": "x", "ms": 9, "mew": 2.0, "ls": "none"}
+# Form of the lines of a quantity.
+_FORM_STYLES: Mapping[str, Mapping[str, Any]] = {
+    "fe": {"ls": "-"},
+    "hertz": {"ls": "--", "mfc": "white"},
+    "p_max": {"ls": "-"},
+    "area": {"ls": ":", "mfc": "white"},
+}
+# Distance between the rows of verdicts of two series in points.
+_ANSWER_ROW_POINTS = 12.0
+# A longer title is wrapped.
+_TITLE_LETTERS = 95
 
 
 def draw_study(
@@ -90,33 +103,32 @@ def draw_study(
     is_labelled = len(all_series) <= len(SERIES_COLOURS)
     for number, series_ in enumerate(all_series):
         style, group = series_style(number), series_.rows
-        label = f", {series_.label}" if series_.label and is_labelled else ""
-        # an underscore keeps a line out of the legend
-        prefix = "" if is_labelled or number == 0 else "_"
-        fe, hertz = f"{prefix}FE{label}", f"{prefix}Hertz{label}"
         fe_style: dict[str, Any] = style | ({"color": Colour.FE} if is_single else {})
         hertz_style: dict[str, Any] = (
-            style | ({"color": Colour.HERTZ} if is_single else {}) | {"ls": "--", "mfc": "white"}
+            style | ({"color": Colour.HERTZ} if is_single else {}) | dict(_FORM_STYLES["hertz"])
         )
         fe_value, hertz_value, touch_places = (
             _read_numbers(group, name) for name in ("fe_p_max_MPa", "hertz_p_max_MPa", _TOUCH_COLUMN)
         )
         uncertainty = 1e-2 * _read_numbers(group, "hertz_uncertainty_p_max_percent") * fe_value
-        _draw_series(peak_axes, group, fe_value, uncertainty, label=fe, **fe_style)
-        _draw_series(peak_axes, group, hertz_value, label=hertz, **hertz_style)
+        fe_label, hertz_label = ("finite elements", "Hertz") if is_single else (None, None)
+        _draw_series(peak_axes, group, fe_value, uncertainty, label=fe_label, **fe_style)
+        _draw_series(peak_axes, group, hertz_value, label=hertz_label, **hertz_style)
         _draw_series(touch_axes, group, touch_places, **style | ({"color": "0.2"} if is_single else {}))
         _draw_without_value(peak_axes, group)
         if not is_single or criteria is None:
-            _draw_deviations(deviation_axes, group, style, (f"{prefix}peak{label}", f"{prefix}area{label}"))
+            _draw_deviations(deviation_axes, group, style, is_single)
     if is_single and criteria is not None:
         _draw_used_limits(deviation_axes, all_series[0].rows, criteria)
     else:
         _finish_deviations(deviation_axes, criteria)
     if any(_find_jumps(series_.rows).size for series_ in all_series):
-        text_style: dict[str, Any] = {"transform": touch_axes.transAxes, "fontsize": "small", "color": "0.35"}
-        touch_axes.text(0.008, 0.03, "curves are interrupted where the contact point jumps", **text_style)
-    _draw_answers(peak_axes, rows)
-    _finish_study(peak_axes, deviation_axes, touch_axes, rows, rail)
+        # above the panel, where it covers no curve
+        hint = "curves are interrupted where the contact point jumps"
+        touch_axes.set_title(hint, loc="left", fontsize="small", color="0.35")
+    _draw_answers(peak_axes, [series_.rows for series_ in all_series] if is_labelled else [rows])
+    labels = [series_.label for series_ in all_series] if is_labelled else []
+    _finish_study((peak_axes, deviation_axes, touch_axes), rows, rail, labels)
     if case_names:
         touch_axes.set(xlabel=f"lateral shift {float(rows[0]['lateral_shift_mm']):+z.2f} mm")
         touch_axes.set_xticks(range(len(case_names)), [name.replace(", ", "\n") for name in case_names])
@@ -136,18 +148,42 @@ def _read_numbers(rows: Sequence[RowMapping], column: str) -> Floats:
     return np.array([np.nan if row.get(column) is None else float(row[column]) for row in rows])
 
 
-def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], labels: tuple[str, str]) -> None:
+def _draw_deviations(ax: Axes, group: Sequence[RowMapping], style: Mapping[str, Any], is_labelled: bool) -> None:
     """Draw the deviations of peak pressure and area (%) with their uncertainties.
 
-    The first label and a full line are for the peak pressure; the second label and a dotted line for the area.
+    A full line is for the peak pressure, and a dotted line with open marks for the area.
     """
-    for measure, label, line_style in zip(
-        ("p_max", "area"), labels, ({"ls": "-"}, {"ls": ":", "mfc": "white"}), strict=True
-    ):
+    for measure, label in (("p_max", "peak pressure"), ("area", "area")):
         value, uncertainty = (
             _read_numbers(group, f"hertz_{quantity}_{measure}_percent") for quantity in ("deviation", "uncertainty")
         )
-        _draw_series(ax, group, value, uncertainty, label=label, **style, **line_style)
+        line_style = _FORM_STYLES[measure]
+        _draw_series(ax, group, value, uncertainty, label=label if is_labelled else None, **style, **line_style)
+
+
+def _add_series_legends(peak_axes: Axes, deviation_axes: Axes, labels: Sequence[str], *, has_unusable: bool) -> None:
+    """Add the legends of several series: each series once, then the forms of lines.
+
+    Parameters
+    ----------
+    peak_axes, deviation_axes
+        Panels of the peak pressures and of the deviations.
+    labels
+        Label of each series by its number; empty if the series have no labels.
+    has_unusable
+        Whether a row is not usable.
+    """
+    from matplotlib.lines import Line2D
+
+    series = [Line2D([], [], label=label, **series_style(number)) for number, label in enumerate(labels)]
+    form: dict[str, Any] = {"color": "0.3", "marker": "o"}
+    forms = {name: Line2D([], [], **form, **_FORM_STYLES[name]) for name in _FORM_STYLES}
+    for name, label in (("fe", "finite elements"), ("hertz", "Hertz"), ("p_max", "peak pressure"), ("area", "area")):
+        forms[name].set_label(label)
+    unusable = [Line2D([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)] * has_unusable
+    add_legend_beside(peak_axes, handles=[*series, forms["fe"], forms["hertz"], *unusable])
+    if deviation_axes.lines:
+        add_legend_beside(deviation_axes, handles=[forms["p_max"], forms["area"]])
 
 
 def _finish_deviations(ax: Axes, criteria: Criteria | None) -> None:
@@ -199,18 +235,34 @@ def _draw_used_limits(ax: Axes, group: Sequence[RowMapping], criteria: Criteria)
     add_legend_beside(ax)
 
 
-def _draw_answers(ax: Axes, rows: Sequence[RowMapping]) -> None:
-    """Draw the verdicts above the first panel, each with a colour and a mark."""
+def _draw_answers(ax: Axes, groups: Sequence[Sequence[RowMapping]]) -> None:
+    """Draw the verdicts above the first panel, each with a colour and a mark; a row for each group."""
     from matplotlib.lines import Line2D
+    from matplotlib.transforms import ScaledTranslation
+
+    def row_place(number: int, transform: Transform) -> dict[str, Any]:
+        offset = ScaledTranslation(
+            0.0, _ANSWER_ROW_POINTS * (number + (len(groups) > 1)) / 72.0, ax.figure.dpi_scale_trans
+        )
+        return {"transform": transform + offset, "clip_on": False, "ls": "none"}
 
     handles = []
-    for answer, colour in ANSWER_COLOURS.items():
-        shifts = [_axis_place(row) for row in rows if is_usable_status(row) and row.get("verdict_answer") == answer]
-        if shifts:
-            style: dict[str, Any] = {"marker": ANSWER_MARKS[answer], "ms": 9, "mfc": colour, "mec": "0.2", "mew": 0.8}
-            place: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False, "ls": "none"}
+    for answer, mark in ANSWER_MARKS.items():
+        style: dict[str, Any] = {"marker": mark, "ms": 9, "mfc": ANSWER_COLOURS[answer], "mec": "0.2", "mew": 0.8}
+        is_drawn = False
+        for number, group in enumerate(groups):
+            usable_rows = [row for row in group if is_usable_status(row)]
+            shifts = [_axis_place(row) for row in usable_rows if row.get("verdict_answer") == answer]
+            if not shifts:
+                # the layout would make room for a curve without points at the corner of the picture
+                continue
+            is_drawn, place = True, row_place(number, ax.get_xaxis_transform())
             ax.plot(shifts, [1.0] * len(shifts), zorder=5, label=f"_{answer}", **style, **place)
+        if is_drawn:
             handles.append(Line2D([], [], ls="none", label=answer, **style))
+    for number in range(len(groups) if len(groups) > 1 else 0):
+        place = row_place(number, ax.transAxes)
+        ax.plot([-0.02], [1.0], ms=5.5, label="_series", **series_style(number), **place)
     if handles:
         # outside, so that it never hides a verdict
         legend = ax.legend(
@@ -257,13 +309,14 @@ def _draw_without_value(ax: Axes, group: Sequence[RowMapping]) -> None:
 
 
 def _finish_study(
-    peak_axes: Axes, deviation_axes: Axes, touch_axes: Axes, rows: Sequence[RowMapping], rail: Profile | None
+    panels: tuple[Axes, Axes, Axes], rows: Sequence[RowMapping], rail: Profile | None, labels: Sequence[str]
 ) -> None:
     """Add labels, title, junctions and legends to the panels of a study.
 
     The title has at most three pairs, and the load and the yaw if they are equal in all rows. `rail` is the profile for
-    the junctions; None if the rows have several rails.
+    the junctions; None if the rows have several rails. `labels` are those of the series; empty without labels.
     """
+    peak_axes, deviation_axes, touch_axes = panels
     pairs = sorted({row_pair_text(row) for row in rows})
     loads = sorted({float(row["load_kN"]) for row in rows})
     title = "; ".join(pairs[:3]) + ("; ..." if len(pairs) > 3 else "")
@@ -272,16 +325,22 @@ def _finish_study(
     yaws = {float(row.get("yaw_mrad") or 0.0) for row in rows} - {0.0}
     yaw_text = f"yaw {yaws.pop():+g} mrad" if len(yaws) == 1 else ""
     reference = AGAINST_YIELDING_BODIES if any("elastic_verdict_answer" in row for row in rows) else ""
-    peak_axes.set_title("; ".join(filter(None, (with_load, roll_words_of_rows(rows), yaw_text, reference))), pad=14)
+    words = "; ".join(filter(None, (with_load, roll_words_of_rows(rows), yaw_text, reference)))
+    room = 14.0 + _ANSWER_ROW_POINTS * (len(labels) if len(labels) > 1 else 0)
+    peak_axes.set_title(textwrap.fill(words, _TITLE_LETTERS), pad=room)
     peak_axes.margins(y=0.12)
     if rail is not None:
         _draw_junction_levels(touch_axes, rail)
     touch_axes.set(xlabel=SHIFT_LABEL, ylabel="contact point on the rail\ny in mm  (gauge side negative)")
-    if any(not is_usable_status(row) for row in rows):
-        peak_axes.plot([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)
-    for ax in (peak_axes, deviation_axes):
-        if ax.get_legend_handles_labels()[0] and (ax is peak_axes or ax.get_legend() is None):
-            add_legend_beside(ax)
+    has_unusable = any(not is_usable_status(row) for row in rows)
+    if len(labels) != 1:
+        _add_series_legends(peak_axes, deviation_axes, labels, has_unusable=has_unusable)
+    else:
+        if has_unusable:
+            peak_axes.plot([], [], color="0.2", label="not usable", **_UNUSABLE_STYLE)
+        for ax in (peak_axes, deviation_axes):
+            if ax.get_legend_handles_labels()[0] and (ax is peak_axes or ax.get_legend() is None):
+                add_legend_beside(ax)
     add_grid(peak_axes, deviation_axes, touch_axes)
 
 
