@@ -28,7 +28,7 @@ from fecontact.console.help_pages import find_help_page
 from fecontact.console.streams import escaping_output
 from fecontact.errors import FecontactError, InputError, is_memory_shortage, shorten_words
 from fecontact.inputs.texts import escape_line, explain_former_name
-from fecontact.process import collect_rarely
+from fecontact.process import collect_rarely, limit_dense_threads
 
 app = App(
     name="fecontact",
@@ -95,6 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # a job queue ends a program with SIGTERM: its workers end with it, as with Ctrl-C
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     collect_rarely()
+    limit_dense_threads()
     sys.exit(call(arguments))
 
 

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 from importlib import metadata
 
 from fecontact import __version__, packages
+from fecontact.process import count_cores
 
 # : Debian and Ubuntu packages; both distributions use these names.
 DEBIAN_PACKAGES = ("libglu1-mesa", "libgl1", "libegl1", "libxcursor1", "libxft2", "libxinerama1", "libgomp1")
@@ -214,7 +215,7 @@ def _find_requirements(required: Sequence[str]) -> Iterator[tuple[str, str]]:
 
 def _describe_machine() -> list[str]:
     """Line on the cores and the memory of this machine; empty without psutil."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = count_cores()
     try:
         import psutil
     except ImportError:

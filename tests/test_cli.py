@@ -31,7 +31,7 @@ WRITTEN_FILES = {
     "geometry --shifts 0 --out": ".png, .svg, .csv",
     "table --shifts 0 --loads-kn 50 --out": ".csv, .nc",
     "profiles 60E1 --out": ".png, .svg",
-    "profiles 60E1 --write": ".csv",
+    "profiles 60E1 --write": ".csv, .toml",
     "mesh rail --out": ".msh, .inp, .vtu",
     "validate study.py --out out --report": ".md",
 }

@@ -91,3 +91,30 @@ def _answers(out: Path, workers: int) -> list[str]:
 def test_studies_and_maps_run_in_a_daemonic_process(workers, tmp_path):
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         assert pool.apply(_answers, (tmp_path, workers)) == ["FAILS", "FAILS"]
+
+
+def print_threads(**environment):
+    """Threads of three factors on 4 cores, and the variable of OpenBLAS."""
+    script = (
+        "import os, fecontact.process as process\n"
+        "process.limit_dense_threads()\n"
+        "import fecontact.fe.linear_solver as solver\n"
+        "solver.count_cores = lambda: 4\n"
+        "print(*map(solver.count_factor_threads, (1000, 60_000, 10**6)), os.environ.get('OPENBLAS_NUM_THREADS'))"
+    )
+    without = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
+    ended = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, env=without | environment, check=True
+    )
+    return ended.stdout.split()
+
+
+def test_threads_follow_the_size_of_a_factor():
+    assert print_threads() == ["1", "2", "4", "1"]
+
+
+@pytest.mark.parametrize("name", ["OMP_NUM_THREADS", "MKL_NUM_THREADS"])
+def test_threads_of_the_environment_are_kept(name):
+    assert print_threads(**{name: "3"})[:3] == ["0", "0", "0"]
+    assert print_threads(OMP_NUM_THREADS="3")[3] == "None"
+    assert print_threads(OPENBLAS_NUM_THREADS="2")[3] == "2"

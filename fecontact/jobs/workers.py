@@ -34,7 +34,7 @@ from typing import Any, Protocol
 from fecontact.errors import FecontactError, InputError, MemoryShortageError, is_memory_shortage
 from fecontact.files import write_text
 from fecontact.jobs.store import Origin, check_stored_job, describe_differences, remove_leftovers, replace_folder
-from fecontact.process import collect_rarely
+from fecontact.process import THREAD_VARIABLES, collect_rarely, count_cores
 
 # --- A job in a worker process: do its work, store its files, and report the outcome; nothing is raised.
 
@@ -311,7 +311,6 @@ def _reset_peak_memory() -> None:
 _BYTES_PER_WORKER, _REPORT_INTERVAL_S = 2e9, 2.0
 # A disk with less free space than this cannot hold the files of a case.
 _FULL_DISK_BYTES = 50e6
-_THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -383,8 +382,7 @@ def count_default_workers() -> int:
     """
     import psutil
 
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(cores, int(psutil.virtual_memory().available / _BYTES_PER_WORKER)))
+    return max(1, min(count_cores(), int(psutil.virtual_memory().available / _BYTES_PER_WORKER)))
 
 
 def make_process_crew(workers: int, threads: int) -> Crew:
@@ -550,7 +548,7 @@ def set_thread_environment(threads: int) -> Iterator[None]:
     None
         Control to the enclosed code.
     """
-    variables = {name: str(threads) for name in _THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
+    variables = {name: str(threads) for name in THREAD_VARIABLES} | {"MKL_DYNAMIC": "FALSE"}
     previous_values = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:
@@ -576,7 +574,7 @@ def describe_wrong_threads(threads: int) -> str | None:
     str or None
         The wrong variable and its value; None if all variables are right.
     """
-    for name in _THREAD_VARIABLES:
+    for name in THREAD_VARIABLES:
         if os.environ.get(name) != str(threads):
             return f"{name} is {os.environ.get(name, 'not set')}; required: {threads}"
     return None
@@ -638,7 +636,7 @@ def has_single_thread() -> bool:
         start_environment = Path("/proc/self/environ").read_bytes().split(b"\0")
     except OSError:
         return False
-    return all(f"{name}=1".encode() in start_environment for name in _THREAD_VARIABLES)
+    return all(f"{name}=1".encode() in start_environment for name in THREAD_VARIABLES)
 
 
 def run_jobs(jobs: Sequence[Job], crew: Crew, report: JobReceiver) -> None:
