@@ -292,6 +292,7 @@ def written_table(tmp_path_factory):
     return path, fecontact.table(WHEELSET, [-4.0, 5.0, 40.0], [50e3], yaws_mrad=[0.0, 10.0])
 
 
+@pytest.mark.slow
 def test_a_netcdf_file_has_all_rows_without_xarray(written_table):
     path, rows = written_table
     with netcdf_file(path, mmap=False) as file:

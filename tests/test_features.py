@@ -13,7 +13,6 @@ import sys
 from pathlib import Path
 
 import pytest
-from marks import slow_but
 
 from fecontact.feature_registry import FEATURES
 
@@ -107,7 +106,8 @@ def python(tree: Path, *words: str, **environment: str) -> subprocess.CompletedP
     )
 
 
-@pytest.mark.parametrize("feature", slow_but(REMOVED, REMOVED.index("irregular")))
+@pytest.mark.slow
+@pytest.mark.parametrize("feature", REMOVED)
 def test_the_program_works_without_a_feature(feature, tmp_path):
     tree = copied(tmp_path, "tests")
     remove_feature(feature, tree)
@@ -261,6 +261,7 @@ def run_with_third_party(third_party: Path, code: str, cwd: Path) -> str:
     return process.stdout
 
 
+@pytest.mark.slow
 def test_a_third_party_feature_is_found_where_its_package_is_installed(third_party, tmp_path):
     code = """
 from fecontact.feature_registry import FEATURES

@@ -138,6 +138,7 @@ def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, t
             prepare_for_study(tmp_path, "mine")
 
 
+@pytest.mark.slow
 def test_a_run_names_the_files_that_there_are(tmp_path, capsys):
     # both fail at once, so that there is nothing to draw
     (tmp_path / "two.toml").write_text('roll = "given"\nlateral_shift_mm = [1.0, 1.5]\n[opposite]\nrail = "54E1"\n')

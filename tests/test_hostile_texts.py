@@ -180,6 +180,7 @@ def test_curves_show_the_name_of_their_vehicle(tmp_path, monkeypatch, name):
     assert read_json("out/curve.json")["vehicle"]["name"] == name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["=w$\\frac{$x<b>&<!--]]>\"'*[1]?%s;--\\b", "w\x1b[31m\u202e\x9b'"], ids=ascii)
 def test_a_fleet_shows_the_names_and_columns_of_its_tables(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
@@ -336,7 +337,12 @@ def test_vtk_draws_the_annotation_without_mathematics_and_tables(name):
 
 def test_json_escapes_invisible_characters_and_keeps_its_values():
     """Escapes for control, format and separator characters of all of Unicode; letters stay."""
-    characters = [chr(code) for code in range(0x110000)]
+    # all characters but letters, ideographs and unassigned ones, of which every 97th
+    characters = [
+        chr(code)
+        for code in range(0x110000)
+        if code % 97 == 0 or unicodedata.category(chr(code)) not in ("Lo", "Co", "Cn") or chr(code) == "轨"
+    ]
     # each in a separate text: two halves that follow each other would be read as a single character
     record = {f"a{character}b": f"{character}c" for character in characters}
     text = format_json(record)

@@ -78,7 +78,8 @@ def test_archives_hold_the_files_that_are_no_modules(tmp_path, monkeypatch, kind
 
 
 # files that an sdist lacks are found by the test of its contents
-@pytest.mark.parametrize("kind", ["wheel", pytest.param("sdist", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["wheel", "sdist"])
 def test_an_installed_archive_answers_from_another_folder(tmp_path, monkeypatch, kind):
     monkeypatch.chdir(ROOT)
     build = buildapi.build_wheel if kind == "wheel" else buildapi.build_sdist

@@ -41,6 +41,7 @@ def test_healthy_elements_share_the_load_as_the_finer_nodes_do(position):
     assert not any("separate patches" in warning for warning in load.warnings)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("factor", "difference"),
     [

@@ -188,6 +188,7 @@ needs_factors = pytest.mark.skipif(not is_pardiso_available(), reason="minutes b
 # Peak, area and approach relative to elastic bodies, and largest plastic strain times E / Y, from axisymmetric
 # elements, 32 per radius (peak, area and approach accurate to 0.3, 0.5, 0.2 %). Errors here with six elements per
 # semi-axis: 0.3, 0.3, 0.1 % and 2 %.
+@pytest.mark.slow
 @needs_factors
 def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded_sphere):
     level = loaded_sphere.load.level
@@ -394,6 +395,7 @@ def test_first_yield_below_narrow_lobes_is_where_the_climb_yields(lobes):
     assert all((point.load_N > first) == (point.largest_strain > 0.0) for point in plastic.yielded.path)
 
 
+@pytest.mark.slow
 @needs_factors
 def test_hertz_may_hold_by_cancellation(lobes):
     load = lobes.load

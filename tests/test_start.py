@@ -12,7 +12,6 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
-from marks import slow_but
 
 from fecontact import __version__
 from fecontact.bodies import STEEL, Material
@@ -551,7 +550,8 @@ def test_a_quiet_study_says_only_what_went_wrong(tmp_path, capfd):
     assert f"Results in {tmp_path / 'out'}" in log
 
 
-@pytest.mark.parametrize("source", slow_but(["file", "stdin"], 0))
+@pytest.mark.slow
+@pytest.mark.parametrize("source", ["file", "stdin"])
 def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path, source):
     code = (
         # cases that fail at once

@@ -285,7 +285,8 @@ def test_a_worker_that_dies_once_costs_nothing(tmp_path, serial):
     assert table(tmp_path / "study.csv") == serial
 
 
-@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("count", [1, 2])
 def test_a_case_that_always_kills_its_worker_is_a_failed_row_and_the_others_are_kept(tmp_path, count):
     fake_solve.plan(tmp_path, kN60="die", all="sleep 0.1")
     outcome = run(tmp_path, study((50, 60, 70)), workers=count)
@@ -444,7 +445,8 @@ def wait_until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
         time.sleep(0.02)
 
 
-@pytest.mark.parametrize("number", slow_but([signal.SIGINT, signal.SIGKILL], 1))
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_run_goes_on_where_it_stopped(tmp_path, serial, number):
     out = tmp_path / "out"
     out.mkdir()

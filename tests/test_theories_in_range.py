@@ -183,6 +183,7 @@ def check(seed: int, count: int) -> tuple[Counter[str], Counter[str]]:
     return in_range, out_of_range
 
 
+@pytest.mark.slow
 def test_theories_are_as_exact_as_their_ranges_promise():
     in_range, out_of_range = check(seed=1, count=80)
     # of each there is enough, so that all rules are used

@@ -139,6 +139,7 @@ def answers(bare, tmp_path_factory) -> dict[str, Any]:
     return json.loads(completed.stdout) | {"written": written}
 
 
+@pytest.mark.slow
 def test_the_packages_are_absent_there(bare):
     code = (
         "from importlib.util import find_spec\n"
@@ -148,6 +149,7 @@ def test_the_packages_are_absent_there(bare):
     assert completed.stdout.splitlines() == ["[]", str(ROOT / "fecontact" / "__init__.py")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", WORKS)
 def test_what_needs_no_finite_elements_works(answers, command):
     code, out, err = answers[command]
@@ -155,6 +157,7 @@ def test_what_needs_no_finite_elements_works(answers, command):
     assert out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", REFUSES)
 def test_what_needs_finite_elements_says_in_one_line_what_is_missing(answers, command):
     code, out, err = answers[command]

@@ -530,6 +530,7 @@ def test_the_temporary_files_of_a_killed_report_are_removed(tmp_path):
         assert all(path.exists() for path in own_files)
 
 
+@pytest.mark.slow
 def test_reports_of_a_fleet_have_equal_bytes(tmp_path):
     """40 tables, so that sums on several threads are in several orders."""
     fleet: Made = made_fleet(tmp_path / "fleet", wheels=40, rails=12, parts=40)

@@ -124,6 +124,7 @@ def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, i
             assert row[name] == pytest.approx(single[name], rel=1e-9), name
 
 
+@pytest.mark.slow
 def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
     """Opposite shifts have equal rows."""
     rows = {}

@@ -289,6 +289,7 @@ def test_what_cannot_be_read_is_told_and_stops_nothing(tmp_path):
         run(path, tmp_path / "out")
 
 
+@pytest.mark.slow
 def test_notes_of_a_reader_are_in_the_log_the_table_and_the_report(tmp_path):
     """A file without the side of the track.
 
@@ -472,6 +473,7 @@ def test_shares_of_open_positions_are_sums_of_weights(fleet):
     assert answer.filters == []
 
 
+@pytest.mark.slow
 def test_shares_of_each_filter_are_sums_of_weights_and_are_those_of_a_declared_filter(tmp_path):
     path = file_of(tmp_path, ["60E1", "smooth/rail.csv", "measured/rail.csv"])
     (tmp_path / "smooth").mkdir()

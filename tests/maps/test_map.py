@@ -1512,7 +1512,8 @@ def test_a_map_that_is_killed_goes_on_where_it_stopped(tmp_path):
 
 
 # one worker that dies is started again for studies as for maps
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [1, 2])
 def test_a_worker_that_dies_costs_its_position_and_no_other(tmp_path, workers):
     map_made = map_by(
         ROUND,
