@@ -56,7 +56,7 @@ class FakeWork:
             file.write(("" if finished is None else "again:") + self.name + "\n")
         what = read_json(out / "plan.json") if (out / "plan.json").exists() else {}
         write_text(folder / "rail.vtu", f"mesh of {self.case.load_N}\n")
-        for file in ("case.vtm", "wheel.vtu", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp"):
+        for file in ("bodies.vtm", "case.vtm", "wheel.vtu", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp"):
             write_text(folder / file, "")
         short = _act(what.get(f"{self.case.load_N / 1e3:g}", what.get("all", "")), begun)
         write_json(

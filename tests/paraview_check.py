@@ -18,7 +18,12 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 BODY = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
 CONTACT = {"contact_pressure_MPa": 1, "hertz_pressure_MPa": 1, "hertz_minus_fe_MPa": 1, "gap_mm": 1}
 CONTACT |= {"in_contact": 1, "pressure_relief_mm": 3}
-ARRAYS = {"rail": BODY, "wheel": BODY, "pressure": CONTACT, "elements": CONTACT, "hertz_ellipse": {}}
+RAIL = BODY | {"contact_pressure_MPa": 1}
+LINE = {"contact_pressure_MPa": 1}
+ARRAYS = {
+    "case.vtm": {"pressure": CONTACT, "hertz_ellipse": LINE, "rail": RAIL},
+    "bodies.vtm": {"rail": RAIL, "wheel": BODY, "elements": CONTACT},
+}
 # Facets are chords of the rail, and nodes at the edge of a patch stand for cells that are only partly in it.
 TOLERANCE = 1e-3
 # Pixels of a view beside the panels, by the width of ParaView's window.
@@ -33,28 +38,57 @@ def say(line: str) -> None:
 
 
 def main(folder: Path, pictures: Path | None) -> list[str]:
-    collections = sorted(folder.glob("study*.pvd")) or [folder / "case.vtm"]
-    faults = [fault for path in collections for fault in check_collection(path)]
+    collections = [path for path in sorted(folder.glob("study*.pvd")) if not path.stem.endswith("_bodies")]
+    faults = []
+    for path in collections or [folder / "case.vtm"]:
+        bodies = path.with_name("bodies.vtm" if path.suffix == ".vtm" else f"{path.stem}_bodies.pvd")
+        forces: dict[float | None, float] = {}
+        faults += check_collection(path, ARRAYS["case.vtm"], forces)
+        faults += check_collection(bodies, ARRAYS["bodies.vtm"], forces)
+        faults += check_first_sight(path, pictures)
     return faults + (render(folder, pictures) if pictures else [])
 
 
-def check_collection(path: Path) -> list[str]:
-    """Faults of a collection, step by step."""
+def check_first_sight(path: Path, pictures: Path | None) -> list[str]:
+    """Faults of what ParaView shows of a collection by itself: the pressure on the rail, in colours."""
+    source = simple.OpenDataFile(str(path))
+    view = simple.CreateView("RenderView")
+    view.ViewSize = [800, 600]
+    shown = simple.Show(source, view)
+    simple.ResetCamera(view)
+    simple.Render(view)
+    faults = []
+    if list(shown.ColorArrayName) != ["POINTS", "contact_pressure_MPa"]:
+        faults.append(f"{path.name}: by itself coloured by {list(shown.ColorArrayName)}")
+    if pictures is not None:
+        pictures.mkdir(parents=True, exist_ok=True)
+        red, _, blue = pixels(view, pictures / f"{path.stem}_by_itself.png").T
+        if np.count_nonzero(red > blue + 30) < 20:
+            faults.append(f"{path.name}: by itself no pixel has the colour of a high pressure")
+    simple.Delete(view)
+    simple.Delete(source)
+    return faults
+
+
+def check_collection(path: Path, arrays: dict[str, dict[str, int]], forces: dict[float | None, float]) -> list[str]:
+    """Faults of a collection, step by step; the blocks of the contact give the normal force of each step (N)."""
     source = simple.OpenDataFile(str(path))
     steps = list(getattr(source, "TimestepValues", None) or [None])
     faults = []
     for step in steps:
         where = path.name + (f" at {step:g} mm" if step is not None else "")
-        faults += [f"{where}: {fault}" for fault in check_step(source, step)]
+        faults += [f"{where}: {fault}" for fault in check_step(source, step, arrays, forces)]
         say(f"{where}: read")
     simple.Delete(source)
     return faults
 
 
-def check_step(source, step: float | None) -> list[str]:
+def check_step(
+    source, step: float | None, arrays_by_block: dict[str, dict[str, int]], forces: dict[float | None, float]
+) -> list[str]:
     """Faults of the blocks and arrays at a time step; None for a file without steps."""
-    faults, force = [], None
-    for name, arrays in ARRAYS.items():
+    faults = []
+    for name, arrays in arrays_by_block.items():
         block = simple.ExtractBlock(Input=source)
         block.Selectors = [f"/Root/{name}"]
         block.UpdatePipeline(step) if step is not None else block.UpdatePipeline()
@@ -66,10 +100,10 @@ def check_step(source, step: float | None) -> list[str]:
         if (field_data.GetNumberOfArrays() > 0) != (name == "pressure"):
             faults.append(f"{name} has {field_data.GetNumberOfArrays()} field data")
         if name == "pressure":
-            force = field_data.GetArray("normal_force_N").GetValue(0)
+            forces[step] = field_data.GetArray("normal_force_N").GetValue(0)
             faults += check_field_data(field_data, step)
         if arrays is CONTACT:
-            faults += check_forces(block, name, step, force)
+            faults += check_forces(block, name, step, forces[step])
         simple.Delete(block)
     return faults
 

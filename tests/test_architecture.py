@@ -38,7 +38,7 @@ ROOMS: dict[str, set[str]] = {
     "case": {"errors", "inputs", "bodies", "profiles", "placement", "criteria"},
     "contact": {"arrays", "errors"},
     # theories and finite elements meet nowhere below the judges
-    "fe": {"arrays", "errors", "bodies", "profiles", "placement", "contact"},
+    "fe": {"arrays", "errors", "process", "bodies", "profiles", "placement", "contact"},
     "contact_theories": {"arrays", "errors", "bodies", "placement", "case", "contact"},
     "judging": {
         *("arrays", "errors", "feature_registry", "bodies", "placement", "criteria", "case", "contact"),
@@ -82,7 +82,7 @@ ROOMS: dict[str, set[str]] = {
 OWN = [f"features.{name}" for name in sorted(FEATURES)]
 ROOMS |= {feature: {*BASE, *PHYSICS, *WORK} for feature in OWN}
 ROOMS |= {
-    "doctor": {"packages"},
+    "doctor": {"process", "packages"},
     # pages of text
     "guide": {"errors", "inputs"},
     "plot": {"errors", "solving", "outputs", "maps"},

@@ -271,6 +271,7 @@ def test_a_case_that_cannot_be_solved_is_a_row_and_the_rest_goes_on(tmp_path, mo
         "pressure.vtp",
         "elements.vtp",
         "hertz_ellipse.vtp",
+        "bodies.vtm",
         "case.vtm",
         "case.png",
         "stored.json",

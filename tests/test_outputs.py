@@ -374,16 +374,24 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
 
 def test_a_collection_has_its_blocks_by_name(vtk_folder):
     assert sorted(p.name for p in vtk_folder.iterdir()) == [
-        *("case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp", "rail.vtu", "wheel.vtu")
+        *("bodies.vtm", "case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp", "rail.vtu", "wheel.vtu")
     ]
-    blocks = pyvista.read(vtk_folder / "case.vtm")
-    assert blocks.keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
+    contact, both = (pyvista.read(vtk_folder / name) for name in ("case.vtm", "bodies.vtm"))
+    on_rail, around = ["pressure", "hertz_ellipse", "rail"], ["rail", "wheel", "elements"]
+    assert (contact.keys(), both.keys()) == (on_rail, around)
+    # ParaView colours a file by a point array that is active in all its blocks
+    assert {contact[name].point_data.active_scalars_name for name in on_rail} == {"contact_pressure_MPa"}
+    assert all(contact[name].cell_data.active_scalars_name in (None, "lobe") for name in on_rail)
+    blocks = {name: contact[name] for name in on_rail} | {name: both[name] for name in around}
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
         ("contact_pressure_MPa", "hertz_pressure_MPa", "hertz_minus_fe_MPa", "gap_mm", "in_contact"), 1
     )
     surface |= {"pressure_relief_mm": 3}
-    arrays = {"rail": bodies, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": {}}
+    pressure = {"contact_pressure_MPa": 1}
+    arrays = {
+        "rail": bodies | pressure, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": pressure,
+    }  # fmt: skip
     for name, names_of_arrays in arrays.items():
         point_data = blocks[name].point_data
         assert {k: 1 if point_data[k].ndim == 1 else point_data[k].shape[1] for k in point_data} == names_of_arrays
@@ -417,7 +425,24 @@ def test_field_data_are_few_and_on_the_pressure_alone(vtk_folder, elliptic_quick
     )
     assert " +- 0." in said
     # meshio ends the process if it reads a text, so reading is the test
-    assert set(meshio.read(vtk_folder / "rail.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
+    assert set(meshio.read(vtk_folder / "wheel.vtu").point_data) == {"displacement_mm", "stress_MPa", "von_mises_MPa"}
+
+
+def test_the_nodes_of_the_rail_have_the_pressure_of_the_contact_above_them(vtk_folder, elliptic_quick):
+    rail, surface = (pyvista.read(vtk_folder / name) for name in ("rail.vtu", "pressure.vtp"))
+    values = rail.point_data["contact_pressure_MPa"]
+    loaded = np.flatnonzero(values)
+    # Hertz's theory is exact here; nodes of the elements are coarse, and the pressures are means over cells
+    ellipse, first = elliptic_quick.hertz, elliptic_quick.placement.first
+    x, y, z = (rail.points[loaded] - np.array([first.x_mm, first.y_mm, first.z_mm])).T
+    expected = ellipse.p0_MPa * np.sqrt(np.maximum(0.0, 1.0 - (x / ellipse.a_mm) ** 2 - (y / ellipse.b_mm) ** 2))
+    assert np.abs(values[loaded] - expected).max() < 0.12 * ellipse.p0_MPa
+    inner = expected > 0.5 * ellipse.p0_MPa
+    assert np.abs(values[loaded][inner] / expected[inner] - 1.0).max() < 0.01
+    assert len(loaded) > 50
+    # nodes below the surface have none
+    assert z.min() > -0.2
+    assert values.max() <= surface.point_data["contact_pressure_MPa"].max() * (1.0 + 1e-6)
 
 
 def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
@@ -637,7 +662,7 @@ def test_the_contact_alone_is_the_file_of_the_whole(vtk_folder, elliptic_quick, 
     for number, result in enumerate((elliptic_quick, stored)):
         folder = write_contact_vtk(result, tmp_path / str(number)).parent
         assert sorted(p.name for p in folder.iterdir()) == [
-            *("case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp")
+            *("bodies.vtm", "case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp")
         ]
         for file in folder.iterdir():
             assert file.read_bytes() == (vtk_folder / file.name).read_bytes()
@@ -658,7 +683,10 @@ def test_a_study_collection_lists_existing_files_at_its_times(elliptic_quick, tm
     assert reader.time_values == [-2.0, 1.5]
     assert [dataset.path for dataset in reader.datasets] == ["cases/a b/case.vtm", "cases/c&d/case.vtm"]
     reader.set_active_time_value(1.5)
-    assert reader.read()[0].keys() == ["rail", "wheel", "pressure", "elements", "hertz_ellipse"]
+    assert reader.read()[0].keys() == ["pressure", "hertz_ellipse", "rail"]
+    bodies = pyvista.get_reader(tmp_path / "study_bodies.pvd")
+    assert [dataset.path for dataset in bodies.datasets] == ["cases/a b/bodies.vtm", "cases/c&d/bodies.vtm"]
+    assert bodies.read()[0].keys() == ["rail", "wheel", "elements"]
     # after the whole folder is moved, the collection still opens
     folder_moved = tmp_path.rename(tmp_path.with_name("moved"))
     assert pyvista.get_reader(folder_moved / "study.pvd").read()[0]["rail"].n_cells > 0

@@ -50,7 +50,7 @@ def head_constants(script: Path) -> dict:
 def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, elliptic_quick):
     header = head_constants(write_view(study))
     touch = elliptic_quick.placement.first
-    assert header["FILES"] == ["study.pvd"]
+    assert (header["FILES"], header["BODIES"]) == (["study.pvd"], ["study_bodies.pvd"])
     assert header["CENTRE_MM"] == pytest.approx([touch.x_mm, touch.y_mm, touch.z_mm], abs=1e-3)
     peak = max(elliptic_quick.comparison.fe.p_max_MPa, elliptic_quick.hertz.p0_MPa)
     stress = max(stress_field.von_mises_MPa for stress_field in elliptic_quick.von_mises.values())
@@ -65,7 +65,8 @@ def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, el
 def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(study, tmp_path, capsys):
     folder = study / "cases" / "at-1"
     assert call(["view", str(folder)]) == 0
-    assert head_constants(folder / "view.py")["FILES"] == ["case.vtm"]
+    header = head_constants(folder / "view.py")
+    assert (header["FILES"], header["BODIES"]) == (["case.vtm"], ["bodies.vtm"])
     assert "paraview --script=" in capsys.readouterr().out
     with pytest.raises(InputError, match="a map stores no meshes"):
         write_view(tmp_path)

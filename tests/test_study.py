@@ -117,7 +117,7 @@ def test_figures_and_collections_are_of_the_whole_study(tmp_path):
     assert run(tmp_path, study((50, 60, 50))).collections == ()
     assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png"}
     assert run(tmp_path, study((50,))).collections == ("study.pvd",)
-    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study.pvd"}
+    assert {path.name for path in tmp_path.glob("study*.p[nv]*")} == {"study.png", "study.pvd", "study_bodies.pvd"}
 
 
 def test_limits_are_drawn_where_all_cases_have_the_same(tmp_path, monkeypatch):

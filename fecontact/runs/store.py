@@ -50,7 +50,7 @@ SOLUTION_FILE, FIELDS_FILE, PROFILES_FOLDER = "solved.json", "fields.npz", "prof
 RECORD_FILE, ROW_FILE = "result.json", "row.json"
 """Files of the record of a case, and of its row of a table."""
 _BODY_FILES = ("rail.vtu", "wheel.vtu")
-_PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
+_PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "bodies.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
 
 Result = TypeVar("Result")
 

@@ -8,11 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
+from scipy.spatial import cKDTree
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
+from fecontact.fe.body_mesh import BodyMesh
 from fecontact.outputs.figures.pressure_maps import ellipse_outline
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import CaseResult
@@ -68,6 +70,8 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
 
 
 _INSIDE_TOLERANCE = 1e-6
+# Points of the rail's section among which the s of a node is found.
+_SECTION_POINTS = 4000
 
 
 def _contact_fields(
@@ -122,12 +126,45 @@ def _judged_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
     return np.asarray(fields.get("plastic_pressure_MPa", fields["contact_pressure_MPa"]))
 
 
+def find_node_pressure(result: CaseResult, mesh: BodyMesh) -> Floats:
+    """Pressure of the judged contact at the nodes of the rail or the wheel.
+
+    Parameters
+    ----------
+    result
+        Result of a case.
+    mesh
+        Mesh of a body with n nodes; its contact nodes are on the rail's surface, but for the gap.
+
+    Returns
+    -------
+    ndarray of shape (n,)
+        Pressure in MPa; zero outside the contact and inside the body.
+    """
+    level = result.load.level
+    fields, grid = _contact_fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
+    pressure = RegularGridInterpolator(
+        (grid.x_mm, grid.s_mm), fields["contact_pressure_MPa"], bounds_error=False, fill_value=0.0
+    )
+    s = np.linspace(grid.s_mm[0], grid.s_mm[-1], _SECTION_POINTS)
+    section, _ = result.placement.surface(0.0, s)
+    is_on_rail = np.isfinite(section[:, 1])
+    nodes = np.unique(mesh.surfaces["contact"])
+    # the section is equal along the rail: the nearest point of the section has the s of a node
+    distance_mm, nearest = cKDTree(section[is_on_rail, 1:]).query(mesh.points[nodes, 1:])
+    x_mm = mesh.points[nodes, 0] - result.placement.first.x_mm
+    is_near = distance_mm < np.hypot(*np.diff(section[is_on_rail, 1:], axis=0).T).max()
+    values = np.zeros(len(mesh.points))
+    values[nodes] = np.where(is_near, pressure(np.stack([x_mm, s[is_on_rail][nearest]], axis=-1)), 0.0)
+    return values
+
+
 def ellipse_lines(result: CaseResult) -> Any:
     """Edges of Hertz's ellipses as lines of pyvista.
 
     They are `LINE_LIFT_MM` above the relief of the judged pressure. The cell array `lobe` is 0 for the ellipse at the
     first contact point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
-    their own forces.
+    their own forces. The point array `contact_pressure_MPa` is the pressure of the finite elements on the line.
 
     Parameters
     ----------
@@ -143,23 +180,35 @@ def ellipse_lines(result: CaseResult) -> Any:
 
     level, lobes = result.load.level, result.load.lobes
     fields, grid = _contact_fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
-    relief = RegularGridInterpolator(
-        (grid.x_mm, grid.s_mm), RELIEF_MM_PER_MPA * _judged_pressure(fields), bounds_error=False, fill_value=0.0
+    coordinates = (grid.x_mm, grid.s_mm)
+    pressures = tuple(
+        RegularGridInterpolator(coordinates, values, bounds_error=False, fill_value=0.0)
+        for values in (fields["contact_pressure_MPa"], _judged_pressure(fields))
     )
-    lines = [_ellipse_line(result.placement, relief, result.load.deciding_ellipse, 0.0, 0.0)]
+    lines = [_ellipse_line(result.placement, pressures, result.load.deciding_ellipse, 0.0, 0.0)]
     for lobe in lobes if len(lobes) > 1 else ():
         if lobe.hertz is not None and lobe.touch is not None:
             x_mm = lobe.touch.x_mm - result.placement.first.x_mm
-            lines.append(_ellipse_line(result.placement, relief, lobe.hertz, x_mm, result.placement.arc_mm(lobe.touch)))
+            s_mm = result.placement.arc_mm(lobe.touch)
+            lines.append(_ellipse_line(result.placement, pressures, lobe.hertz, x_mm, s_mm))
     for lobe_number, line in enumerate(lines):
         line.cell_data["lobe"] = np.full(line.n_cells, lobe_number, dtype=np.uint8)
-    return pyvista.merge(lines, merge_points=False)
+    merged = pyvista.merge(lines, merge_points=False)
+    merged.set_active_scalars("contact_pressure_MPa", preference="point")
+    return merged
 
 
 def _ellipse_line(
-    placement: Placement, relief: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float
+    placement: Placement,
+    pressures: tuple[RegularGridInterpolator, RegularGridInterpolator],
+    hertz: HertzContact,
+    x_mm: float,
+    s_mm: float,
 ) -> Any:
-    """Edge of an ellipse about a point, as far as the rail's surface reaches."""
+    """Edge of an ellipse about a point, as far as the rail's surface reaches.
+
+    `pressures` are those of elastic bodies, for the array, and the judged pressures, for the height above the relief.
+    """
     import pyvista
 
     s, x = (places + middle for places, middle in zip(ellipse_outline(hertz), (s_mm, x_mm), strict=True))
@@ -167,6 +216,9 @@ def _ellipse_line(
     is_on_rail = np.isfinite(points[:, 1])
     index = np.cumsum(is_on_rail) - 1
     pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if is_on_rail[k] and is_on_rail[k + 1]]
-    heights = LIFT_MM + LINE_LIFT_MM + relief(np.stack([x, s], axis=-1))
+    contact_pressure, judged_pressure = (pressure(np.stack([x, s], axis=-1)) for pressure in pressures)
+    heights = LIFT_MM + LINE_LIFT_MM + RELIEF_MM_PER_MPA * judged_pressure
     cells = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
-    return pyvista.PolyData((points + heights[:, None] * normals)[is_on_rail], lines=cells)
+    line = pyvista.PolyData((points + heights[:, None] * normals)[is_on_rail], lines=cells)
+    line.point_data["contact_pressure_MPa"] = contact_pressure[is_on_rail]
+    return line

@@ -1,15 +1,16 @@
 """ParaView files: both bodies, the contact, and a collection for each case and study.
 
-A case is opened in ParaView by its `case.vtm` (blocks `rail`, `wheel`, `pressure`, `elements`, `hertz_ellipse`). A
-study is opened by its `.pvd`, with the lateral shift as time. Half models are written as complete models, mirrored at
-their plane of symmetry.
+A case is opened in ParaView by its `case.vtm` (blocks `pressure`, `hertz_ellipse`, `rail`). ParaView colours it by the
+pressure, the only point array that all blocks have and that is active in each of them. The wheel, which would hide the
+contact, is in `bodies.vtm` (`rail`, `wheel`, `elements`). A study is opened by its `.pvd`, with the lateral shift as
+time. Half models are written as complete models, mirrored at their plane of symmetry.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,17 +25,25 @@ from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import write_text
 from fecontact.inputs.texts import escape_invisible
-from fecontact.outputs.paraview.contact_surface import contact_surface, ellipse_lines
+from fecontact.outputs.paraview.contact_surface import contact_surface, ellipse_lines, find_node_pressure
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import case_annotation
 from fecontact.solving.solve import CaseResult
 
 # --- ParaView files: both bodies, the contact, a collection for each case and study.
 
-COLLECTION = "case.vtm"
+COLLECTION, BODIES_COLLECTION = "case.vtm", "bodies.vtm"
+"""Collections of the contact on the rail, and of the bodies."""
+BODIES_SUFFIX = "_bodies"
+"""End of the name of a series of bodies, before `.pvd`."""
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
 _CONTACT = (("pressure", "pressure.vtp"), ("elements", "elements.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
 _ALL_FILES = (*_BODIES, *_CONTACT)
+_BLOCKS = {
+    COLLECTION: ("pressure", "hertz_ellipse", "rail"),
+    BODIES_COLLECTION: ("rail", "wheel", "elements"),
+}
+_PRESSURE = "contact_pressure_MPa"
 _STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 # Signs of the stresses XX YY ZZ XY YZ XZ, and of vectors x y z, after mirroring at x = 0.
 _MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
@@ -44,7 +53,8 @@ _MIRRORED_VECTOR = np.array([-1.0, 1.0, 1.0])
 def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     """Write a file for each block, and `case.vtm`, which names the files.
 
-    Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes. The
+    Arrays on the bodies: `displacement_mm`, `stress_MPa` (XX YY ZZ XY YZ XZ) and `von_mises_MPa` at the nodes; on the
+    rail also `contact_pressure_MPa` of the judged contact, which is zero outside the contact. The
     wheel's displacement contains the rigid approach (elastic displacement minus approach times direction), so that the
     warped bodies touch: the base of the rail stays, the driven surface of the wheel comes down.
 
@@ -86,6 +96,10 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
         grid = _body_grid(body.mesh, bodies.displacement_mm[name], rigid_motion_mm, bodies.stress_MPa[name])
         for array, values in bodies.yielded.get(name, {}).items():
             grid.point_data[array] = _mirror_values(body.mesh, values).astype(np.float32)
+        if name == "rail":
+            pressure = find_node_pressure(result, body.mesh)
+            grid.point_data[_PRESSURE] = _mirror_values(body.mesh, pressure).astype(np.float32)
+            grid.point_data.active_scalars_name = _PRESSURE
         write_text(folder / file, _xml_text(grid, Path(file).suffix))
     return write_contact_vtk(result, folder)
 
@@ -118,7 +132,9 @@ def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
     _add_field_data(meshes["pressure"], result)
     for name, file in _CONTACT:
         write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
-    return write_text(folder / COLLECTION, _collection_text())
+    for collection, blocks in _BLOCKS.items():
+        write_text(folder / collection, _collection_text(blocks))
+    return folder / COLLECTION
 
 
 def _to_ascii(text: str) -> str:
@@ -149,7 +165,7 @@ def _xml_text(mesh: Any, suffix: str) -> str:
 
 
 def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> Path:
-    """Write a collection over time, with a case at each time.
+    """Write collections over time, with a case at each time: the contact, and the bodies beside it.
 
     Parameters
     ----------
@@ -170,26 +186,31 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
         without a message).
     """
     path = Path(path)
-    cases = [(float(time), Path(folder) / COLLECTION) for time, folder in entries]
+    cases = [(float(time), Path(folder)) for time, folder in entries]
     times = [time for time, _ in cases]
     if repeated := sorted({time for time in times if times.count(time) > 1}):
         raise InputError(
             f"{path}: the times {', '.join(f'{time:g}' for time in repeated)} occur more than once, but ParaView merges"
             " equal times; write one collection per load"
         )
-    for _, collection in cases:
-        for file in (collection, *(collection.with_name(name) for _, name in _ALL_FILES)):
-            if not file.is_file():
-                raise InputError(f"{path}: {file} does not exist; write the case before the collection")
-    paths = [(time, Path(os.path.relpath(file, path.parent)).as_posix()) for time, file in cases]
+    for _, folder in cases:
+        for name in (*_BLOCKS, *(name for _, name in _ALL_FILES)):
+            if not (folder / name).is_file():
+                raise InputError(f"{path}: {folder / name} does not exist; write the case before the collection")
+    _write_series(path.with_name(f"{path.stem}{BODIES_SUFFIX}.pvd"), cases, BODIES_COLLECTION)
+    return _write_series(path, cases, COLLECTION)
+
+
+def _write_series(path: Path, cases: Sequence[tuple[float, Path]], collection: str) -> Path:
+    """Write a collection of the cases over time."""
+    paths = [(time, Path(os.path.relpath(folder / collection, path.parent)).as_posix()) for time, folder in cases]
     lines = [f'    <DataSet timestep="{time!r}" part="0" file={quoteattr(file)}/>' for time, file in paths]
     return write_text(path, _xml("Collection", "0.1", ["  <Collection>", *lines, "  </Collection>"]))
 
 
-def _collection_text() -> str:
-    blocks = [
-        f'    <DataSet index="{index}" name="{name}" file="{file}"/>' for index, (name, file) in enumerate(_ALL_FILES)
-    ]
+def _collection_text(names: Sequence[str]) -> str:
+    files = dict(_ALL_FILES)
+    blocks = [f'    <DataSet index="{index}" name="{name}" file="{files[name]}"/>' for index, name in enumerate(names)]
     return _xml("vtkMultiBlockDataSet", "1.0", ["  <vtkMultiBlockDataSet>", *blocks, "  </vtkMultiBlockDataSet>"])
 
 
