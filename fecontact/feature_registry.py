@@ -24,6 +24,9 @@ A feature may read its own results from a judged load. An offer of this kind has
     Report of a reading (`outputs.parts.Telling`): record, columns of a row, parts of a document.
 `MAPS`
     Verdicts with load limits that a map draws (`judging.readings.VerdictReadingView`), by the map's measure.
+`NUMBERS`
+    Quantities whose deviation of Hertz a map draws in percent (`judging.readings.NumberReadingView`), by the map's
+    measure.
 `LAWS`
     Laws that are judged like theories of the pressure (`judging.readings.LawReadingView`), by the name of their map.
 """

@@ -106,10 +106,11 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     Parameters
     ----------
     applicability_map
-        An `ApplicabilityMap`, as `fecontact.load` returns it for the folder of a map.
+        An `ApplicabilityMap`, as `fecontact.load` returns it for the folder of a map. For a map of several yaws give
+        one of its maps, such as `fecontact.load(folder).select_yaw(10)`.
     measure
         `pressure` for the verdict on a theory of the pressure, `theory` for the cheapest theory that holds, or a
-        measure of a feature, such as `force`.
+        measure of a feature, such as `force` or `t_gamma`.
     theory
         Theory of the pressure, for the measure `pressure`.
 
@@ -121,7 +122,7 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     Raises
     ------
     InputError
-        If the measure or the theory does not exist.
+        If the measure or the theory does not exist, and for the maps of several yaws.
 
     Examples
     --------

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from textwrap import fill
-from typing import get_args
+from typing import Annotated, get_args
+
+from cyclopts import Parameter
 
 from fecontact.case import Group, describe_unusual_inputs
 from fecontact.commands.solving import tell_cost
@@ -22,7 +24,7 @@ from fecontact.console.options import CaseOptions, GridOptions, add_case_options
 from fecontact.console.progress import show_job_progress, show_progress_by_kind
 from fecontact.console.run_messages import report_files, report_reused_jobs
 from fecontact.console.run_options import DEFAULT_RUN_OPTIONS, RunOptions
-from fecontact.inputs.texts import count_text
+from fecontact.inputs.texts import count_text, parse_numbers
 from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
 
@@ -34,6 +36,7 @@ def map_(
     options: CaseOptions,
     grid: GridOptions,
     out: Path,
+    yaws_mrad: Annotated[str | None, Parameter(name="--yaws-mrad", allow_leading_hyphen=True)] = None,
     measure: str = "pressure",
     theory: str = "hertz",
     json: bool = False,
@@ -47,12 +50,14 @@ def map_(
     Parameters
     ----------
     out
-        Folder for map.csv, contacts.csv (cheapest theory that holds, with its patches), stiffness.csv, map.json,
-        map.png, map_theory.png and, with friction, map_force.png. The same command resumes an interrupted map, and you
-        can add shifts. A folder of a different map is refused.
+        Folder for report.html, map.csv, contacts.csv, stiffness.csv, map.json and pictures. The same command resumes an
+        interrupted map, and you can add shifts and yaws. A folder of a different map is refused.
+    yaws_mrad
+        Yaws of the wheelset in mrad, such as 0,5,10: a map for each yaw, and where the verdict changes; if not given,
+        the yaw of --yaw-mrad.
     measure
-        Content of the printed map: pressure (where Hertz's pressure holds), with --friction force (where Hertz's creep
-        force holds), or theory (cheapest theory that holds, with friction also the cheapest law of creep forces).
+        Content of the printed map: pressure (where Hertz holds), theory (cheapest theory that holds), with --friction
+        force (where Hertz's creep force holds) or t_gamma (error of Hertz's T-gamma).
     theory
         Theory of the pressure for the printed map, also drawn as map_NAME.png; `fecontact theories` lists all names.
     json
@@ -61,8 +66,9 @@ def map_(
     from fecontact.files import format_json
     from fecontact.maps.load_limits import LOADS_FOR_LIMITS, MOST_FURTHER_LOADS
     from fecontact.maps.report import format_map_lines
-    from fecontact.maps.telling import build_map_record
     from fecontact.maps.views import refuse_measure
+    from fecontact.maps.yaw_map import name_cells, require_yaws_rad
+    from fecontact.maps.yaw_records import build_result_record
     from fecontact.runs.cost import MAP_FILES_S
     from fecontact.runs.map_run import prepare_for_map, run_map
 
@@ -70,32 +76,41 @@ def map_(
     settings, positions, case = how.settings(), grid.shifts_mm, options.case()
     refuse_measure(case, measure, theory)
     loads_N = grid.loads_N
-    prepare_for_map(out, case, positions, loads_N, force=how.force)
+    yaws = None if yaws_mrad is None else parse_numbers(yaws_mrad, "yaws", keep_repeated=True)
+    yaws_rad = [case.yaw_rad] if yaws is None else require_yaws_rad(case, yaws)
+    prepare_for_map(out, case, positions, loads_N, yaws_mrad=yaws, force=how.force)
     with log_command(out / f"run{settings.part_suffix}.log"):
-        cells = [replace(case, lateral_shift_mm=shift, load_N=load_N) for shift in positions for load_N in loads_N]
+        cells = [
+            replace(case, yaw_rad=yaw_rad, lateral_shift_mm=shift, load_N=load_N)
+            for yaw_rad in yaws_rad
+            for shift in positions
+            for load_N in loads_N
+        ]
+        places = len(positions) * len(yaws_rad)
         print_notes(describe_unusual_inputs(cells))
         print_geometry(cells)
         # the limits of a single load equal this load: no other loads are tried
-        searched = len(positions) if len(loads_N) > 1 else 0
+        searched = places if len(loads_N) > 1 else 0
         further = (searched * LOADS_FOR_LIMITS, float(searched * MOST_FURTHER_LOADS))
         laws = measure == "theory"
         finished_positions = out / "positions"
-        tell_cost(cells, "cell", len(positions), finished_positions, how, files=MAP_FILES_S, further=further, laws=laws)
+        tell_cost(cells, "cell", places, finished_positions, how, files=MAP_FILES_S, further=further, laws=laws)
         with show_job_progress("positions", quiet=how.quiet) as progress:
             outcome = run_map(
-                *(case, positions, loads_N, out), measure=measure, theory=theory, settings=settings, progress=progress
+                *(case, positions, loads_N, out),
+                yaws_mrad=yaws,
+                measure=measure,
+                theory=theory,
+                settings=settings,
+                progress=progress,
             )
         if json:
-            print(format_json(build_map_record(outcome.made)), flush=True)
+            print(format_json(build_result_record(outcome.made)), flush=True)
         how = replace(how, quiet=how.quiet or json)
         if not how.quiet:
             print_parts(format_map_lines(outcome.made, measure, theory, width=find_terminal_width()))
         report_reused_jobs(outcome.reused, outcome.recomputed, "position", how)
-        lost_cells = {
-            f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN": str(cell.status)
-            for cell in outcome.made.cells
-            if not cell.usable
-        }
+        lost_cells = {name: cell.status for name, cell in name_cells(outcome.made).items() if not cell.usable}
         print_reasons(
             f"{len(lost_cells)} of {count_text(len(outcome.made.cells), 'cell')} without a usable result", lost_cells
         )

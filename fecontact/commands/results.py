@@ -40,15 +40,15 @@ def judge(
     folder
         Folder of a study, a map or a case; it is not changed.
     measure
-        For a map, content of the printed map: pressure (where Hertz's pressure holds), with --friction force (where
-        Hertz's creep force holds), or theory (the cheapest theory that holds, with friction also the cheapest law of
-        creep forces).
+        For a map, content of the printed map: pressure (where Hertz's pressure holds), theory (the cheapest theory that
+        holds, with friction also the cheapest law of creep forces), with --friction force (where Hertz's creep force
+        holds) or t_gamma (error of Hertz's T-gamma).
     theory
         For a map, theory of the pressure for the printed map, also drawn as map_NAME.png.
     out
         Folder for report.html, tables and pictures of the new verdicts: study.csv and study.json, or map.csv,
-        contacts.csv, map.json, map.png and map_theory.png; with friction also map_force.png, and with --measure theory
-        map_law.csv and map_law.png.
+        contacts.csv, map.json, map.png and map_theory.png; with friction also map_force.png and map_t_gamma.png, and
+        with --measure theory map_law.csv and map_law.png.
     json
         Print the new verdicts as JSON and nothing else.
     """

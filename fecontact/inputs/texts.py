@@ -73,7 +73,7 @@ def format_inclination(inclination_rad: float) -> str:
     return ratio if parse_inclination(ratio) == inclination_rad else f"{inclination_rad!r}rad"
 
 
-def parse_numbers(text: str, name: str) -> tuple[float, ...]:
+def parse_numbers(text: str, name: str, *, keep_repeated: bool = False) -> tuple[float, ...]:
     """Numbers of a comma list with ranges, such as -6:6:0.5,8.
 
     Parameters
@@ -82,11 +82,13 @@ def parse_numbers(text: str, name: str) -> tuple[float, ...]:
         Numbers and ranges FROM:TO:STEP with both ends included, separated by commas.
     name
         Name of the list in messages.
+    keep_repeated
+        Whether a number that is given twice is in the result twice.
 
     Returns
     -------
     tuple of float
-        Numbers in the order of the text, each number once. Numbers of a range are rounded to 9 decimals.
+        Numbers in the order of the text. Numbers of a range are rounded to 9 decimals.
 
     Raises
     ------
@@ -105,7 +107,7 @@ def parse_numbers(text: str, name: str) -> tuple[float, ...]:
             raise InputError(f"{name} {text!r}: {term!r} is neither a number nor a range FROM:TO:STEP such as -6:6:0.5")
         bounds = [float(bound) for bound in term.split(":")]
         numbers += bounds if len(bounds) == 1 else _expand_range(bounds[0], bounds[1], bounds[2], f"{name} {text!r}")
-    return tuple(dict.fromkeys(numbers))
+    return tuple(numbers if keep_repeated else dict.fromkeys(numbers))
 
 
 def require_number_list(values: Sequence[float], name: str) -> tuple[float, ...]:

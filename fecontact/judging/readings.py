@@ -58,6 +58,44 @@ class VerdictReadingView(ReadingView):
 
 
 @dataclass(frozen=True, kw_only=True)
+class NumberReading:
+    """Deviation of Hertz in a quantity of a feature, with its uncertainty.
+
+    Attributes
+    ----------
+    deviation_percent, uncertainty_percent
+        Deviation from the finite elements and its uncertainty, in percent of the latter; None without a value.
+    """
+
+    deviation_percent: float | None
+    uncertainty_percent: float | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class NumberReadingView(ReadingView):
+    """View of a map on the deviation of Hertz in a quantity.
+
+    The quantity belongs to a feature and has no verdict.
+
+    Attributes
+    ----------
+    name
+        Name of the quantity in a sentence.
+    read_deviation
+        Reader of the deviation from the readings of a load; it returns None without readings.
+    without
+        Text of a cell in which the quantity has no deviation.
+    missing
+        Text for a case without the quantity: the missing input and its remedy.
+    """
+
+    name: str
+    read_deviation: Callable[[JudgedLoad], NumberReading | None]
+    without: str
+    missing: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class LawReadingView(ReadingView):
     """View of a map on the cheapest valid law of a feature.
 

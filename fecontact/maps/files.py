@@ -6,19 +6,23 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from fecontact.arrays import Floats
 from fecontact.contact_theories.registry import HERTZ, THEORIES
+from fecontact.errors import InputError
 from fecontact.feature_registry import load_offers
 from fecontact.files import write_sealed
 from fecontact.maps.model import ApplicabilityMap
-from fecontact.maps.telling import build_contact_row, build_law_row, build_map_record, build_stiffness_rows
+from fecontact.maps.telling import build_contact_row, build_law_row, build_stiffness_rows
 from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.view import CellView, ColumnView, MapView, column_width
 from fecontact.maps.views import build_map_view, build_views, refuse_measure
+from fecontact.maps.yaw_map import MapResult, YawMap, add_yaw_column, format_yaw, join_yaws, list_maps
+from fecontact.maps.yaw_records import build_result_record
 from fecontact.outputs.alone import equalise_columns
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.flat_records import Record
@@ -43,6 +47,8 @@ _LEGEND_WIDTH, _LARGEST_COLUMN_WIDTH, _LINE_HEIGHT, _LARGEST_HEIGHT = 3.6, 0.75,
 _INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
 # Hatching of ranges that were not solved.
 _HATCHED: dict[str, Any] = {BETWEEN_VERDICTS: {"hatch": "////", "ec": "0.7"}}
+# Inches: margin on the left of the axes, and widths of a character of the title and of the label of an axis.
+_MARGIN, _TITLE_INCHES, _LABEL_INCHES = 1.0, 0.087, 0.075
 _DASHES = ("--", ":")
 # The diamond has the colour of a theory that holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWER_COLOURS["HOLDS"], "mec": "k", "mew": 0.8}
@@ -101,13 +107,13 @@ def save_map_figure(view: MapView, path: str | Path) -> Path:
     return save_figure(draw_map(view), path)
 
 
-def draw_map_by_measure(applicability_map: ApplicabilityMap, measure: str, theory: str, blank: Blank) -> Figure:
+def draw_map_by_measure(applicability_map: MapResult, measure: str, theory: str, blank: Blank) -> Figure:
     """Draw a map by a measure and a theory.
 
     Parameters
     ----------
     applicability_map
-        Map.
+        Map of a single yaw.
     measure
         `pressure`, `theory`, or the name of a feature's verdict.
     theory
@@ -123,8 +129,13 @@ def draw_map_by_measure(applicability_map: ApplicabilityMap, measure: str, theor
     Raises
     ------
     InputError
-        If the measure or the theory does not exist.
+        If the measure or the theory does not exist, and for the maps of several yaws.
     """
+    if isinstance(applicability_map, YawMap):
+        raise InputError(
+            f"these are maps at {join_yaws(applicability_map.yaws_mrad)}, and a picture shows one yaw; give one of"
+            f" them, such as select_yaw({format_yaw(applicability_map.yaws_mrad[0])})"
+        )
     refuse_measure(applicability_map.case, measure, theory)
     return draw_map(build_map_view(applicability_map, measure, theory), blank)
 
@@ -171,13 +182,23 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
         handles=_build_legend(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
     )
     # The title starts at the left: a narrow map is shorter than its title, and the legend leaves room.
-    title = f"{pair_words(case)}, {roll_words(case)}:\n{view.title},\nwithin {view.criterion}"
-    ax.set_title(title, x=0.0, ha="left")
+    yaw_text = "" if view.yaw_mrad is None else f", yaw {format_yaw(view.yaw_mrad)} mrad"
+    title = f"{pair_words(case)}, {roll_words(case)}{yaw_text}:\n{view.title},\n{view.preposition} {view.criterion}"
+    ax.set_title(_wrap_lines(title, (sizes.width + _LEGEND_WIDTH - _MARGIN) / _TITLE_INCHES), x=0.0, ha="left")
     ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
     if label := other_wheel_label(case):
         upper_axis = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
-        upper_axis.set_xlabel(label)
+        upper_axis.set_xlabel(_wrap_lines(label, (sizes.width + 2.0 * _MARGIN) / _LABEL_INCHES))
     return figure
+
+
+def _wrap_lines(text: str, characters: float) -> str:
+    """Wrap the lines of a text that are longer than a number of characters."""
+    return "\n".join(
+        wrapped
+        for line in text.split("\n")
+        for wrapped in (wrap(line, int(characters)) if len(line) > characters else [line])
+    )
 
 
 def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float, float]]:
@@ -347,12 +368,12 @@ def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: Co
 
 
 def write_map(
-    applicability_map: ApplicabilityMap,
+    map_result: MapResult,
     out: Path,
     name: str = "map",
     *,
     theory: str = HERTZ,
-    provenance: Record | None = None,
+    provenances: Sequence[Record] = (),
     drawn: bool = True,
 ) -> None:
     """Write the tables and pictures of a map into a folder.
@@ -360,45 +381,82 @@ def write_map(
     The files are NAME.csv, NAME.json, NAME.png (Hertz) and NAME_theory.png (the cheapest theory of the pressure that
     holds); for another `theory` NAME_THEORY.png; a picture of each verdict of a feature (`MAPS`) that the case
     requests; a table and a picture of the feature's laws (`LAWS`), if they were judged. A whole map also has
-    contacts.csv, rows of a contact table with the theory to use, and stiffness.csv, if the map has stiffnesses.
+    contacts.csv, rows of a contact table with the theory to use, and stiffness.csv, if the map has stiffnesses. For
+    several yaws each table has all yaws, and each yaw has its own pictures, such as NAME_yaw_5mrad.png.
 
     Parameters
     ----------
-    applicability_map
-        Map.
+    map_result
+        Map, or maps of several yaws.
     out
         Folder.
     name
         Stem of the file names; "map" for a whole map.
     theory
         Further theory of the pressure with a picture.
-    provenance
-        Origin of the results, for the JSON file.
+    provenances
+        Origin of the results of each yaw, for the JSON file.
     drawn
         Whether pictures are drawn.
     """
-    write_csv(applicability_map.rows(), out / f"{name}.csv")
+    write_csv(map_result.rows(), out / f"{name}.csv")
     if name == "map":
-        contact_rows = [
-            build_contact_row(cell, position.placement)
-            for position in applicability_map.positions
-            for cell in position.cells
-        ]
-        write_csv(equalise_columns(contact_rows), out / "contacts.csv")
-        stiffness = [row for position in applicability_map.positions for row in build_stiffness_rows(position)]
-        if stiffness:
-            write_csv(stiffness, out / "stiffness.csv")
-        else:
-            # A file of other loads would not belong to this map.
-            (out / "stiffness.csv").unlink(missing_ok=True)
-    write_sealed(out / f"{name}.json", build_map_record(applicability_map, provenance), [out / f"{name}.csv"])
-    if not (drawn and applicability_map.positions):
+        _write_contacts(map_result, out)
+    write_sealed(out / f"{name}.json", build_result_record(map_result, provenances), [out / f"{name}.csv"])
+    maps_with_results = [single_map for single_map in list_maps(map_result) if single_map.positions]
+    if not (drawn and maps_with_results):
         return
-    # Earlier pictures of another friction, or of other theories, would not belong to this map.
-    for former_name in (*load_offers("MAPS"), *load_offers("LAWS"), *THEORIES):
-        for ending in ("png", "svg", "csv"):
-            (out / f"{name}_{former_name}.{ending}").unlink(missing_ok=True)
-    for suffix, view in build_views(applicability_map, theory).items():
-        save_map_figure(view, out / f"{name}{suffix and f'_{suffix}'}.png")
-    for suffix, laws in find_judged_laws(applicability_map).items():
-        write_csv([build_law_row(cell, laws) for cell in applicability_map.cells], out / f"{name}_{suffix}.csv")
+    _remove_pictures(out, name, has_yaws=isinstance(map_result, YawMap))
+    law_rows: dict[str, list[Record]] = {}
+    for single_map in maps_with_results:
+        stem = f"{name}_yaw_{format_yaw(1e3 * single_map.case.yaw_rad)}mrad" if isinstance(map_result, YawMap) else name
+        for suffix, view in build_views(single_map, theory, at_yaw=isinstance(map_result, YawMap)).items():
+            save_map_figure(view, out / f"{stem}{suffix and f'_{suffix}'}.png")
+        for suffix, laws in find_judged_laws(single_map).items():
+            rows = [build_law_row(cell, laws) for cell in single_map.cells]
+            law_rows.setdefault(suffix, []).extend(_add_yaw(rows, map_result, single_map))
+    for suffix, rows in law_rows.items():
+        write_csv(rows, out / f"{name}_{suffix}.csv")
+
+
+def _list_picture_names() -> list[str]:
+    """Names of all possible pictures except the picture of Hertz."""
+    return [*load_offers("MAPS"), *load_offers("NUMBERS"), *load_offers("LAWS"), *THEORIES, "theory"]
+
+
+def _write_contacts(map_result: MapResult, out: Path) -> None:
+    """Write the rows of a contact table, and the stiffnesses if there are any."""
+    contact_rows: list[Record] = []
+    stiffness_rows: list[Record] = []
+    for single_map in list_maps(map_result):
+        rows = [
+            build_contact_row(cell, position.placement) for position in single_map.positions for cell in position.cells
+        ]
+        contact_rows += _add_yaw(rows, map_result, single_map)
+        rows = [row for position in single_map.positions for row in build_stiffness_rows(position)]
+        stiffness_rows += _add_yaw(rows, map_result, single_map)
+    write_csv(equalise_columns(contact_rows), out / "contacts.csv")
+    if stiffness_rows:
+        write_csv(stiffness_rows, out / "stiffness.csv")
+    else:
+        # A file of other loads would not belong to this map.
+        (out / "stiffness.csv").unlink(missing_ok=True)
+
+
+def _add_yaw(rows: list[Record], map_result: MapResult, single_map: ApplicabilityMap) -> list[Record]:
+    """Rows of a single map, with its yaw if the result has several maps."""
+    return [add_yaw_column(row, single_map.case) for row in rows] if isinstance(map_result, YawMap) else rows
+
+
+def _remove_pictures(out: Path, name: str, *, has_yaws: bool) -> None:
+    """Remove earlier pictures of another friction, of other theories and of other yaws.
+
+    They would not belong to this map. With yaws, the picture of Hertz without a yaw in its name goes too.
+    """
+    former_names = [f"_{former_name}" for former_name in _list_picture_names()]
+    for former_name in (*former_names, *[""] * has_yaws):
+        for ending in ("png", "svg", *["csv"] * bool(former_name)):
+            (out / f"{name}{former_name}.{ending}").unlink(missing_ok=True)
+    for ending in ("png", "svg"):
+        for path in out.glob(f"{name}_yaw_*mrad*.{ending}"):
+            path.unlink(missing_ok=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
 from typing import TypeAlias
@@ -15,13 +16,22 @@ from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, build_cell_row
+from fecontact.maps.sentences import capitalise
 from fecontact.maps.telling import build_cell_record, count_theory_shares
 from fecontact.maps.theory_views import find_judged_laws
 from fecontact.maps.verdict_views import CAUSE_LETTERS, build_feature_view, build_verdict_view
 from fecontact.maps.view import MapView
-from fecontact.maps.views import build_views, format_map, write_map_answer
+from fecontact.maps.views import (
+    build_map_view,
+    build_views,
+    format_map,
+    write_map_answer,
+    write_number_answer,
+    write_yaw_answer,
+)
+from fecontact.maps.yaw_map import MapResult, YawMap, find_yaw_changes, format_yaw, join_yaws
 from fecontact.outputs.case_parts import case_parts
-from fecontact.outputs.case_words import other_wheel_label, roll_words
+from fecontact.outputs.case_words import other_wheel_hint, roll_words
 from fecontact.outputs.figures.position import pair_figure
 from fecontact.outputs.figures.report_pictures import ladder_figure, patches_figure, small_figure
 from fecontact.outputs.pair_names import pair_words
@@ -72,42 +82,232 @@ def write_map_report(
     """
     case = applicability_map.case
     pair = pair_words(case, " and ")
-    verdicts = [cell.verdict if cell.usable else "failed" for cell in applicability_map.cells]
-    largest_loads, views = _choose_largest_loads(applicability_map), build_views(applicability_map, theory)
-    records = [
-        build_cell_record(cell) | ({} if cell.judged is None else {"case": case_inputs(cell.judged.case)})
-        for cell in applicability_map.cells
-    ]
-    cells = {f"cell-{number}": _build_cell_parts(record) for number, record in enumerate(records, start=1)}
-    map_pictures = [_draw_map_picture(view, cells) for view in views.values()]
-    theory_index = list(views).index("theory")
+    page = _MapPage.build_page(applicability_map, theory, pictures or {})
     parts: list[Part] = [
         Heading(f"Applicability map: {pair}", 1),
-        Lead(" ".join(write_map_answer(applicability_map, "pressure")), lead_style(verdicts)),
-        f"{answer_words(verdicts, 'cells')}.",
+        Lead(" ".join(write_map_answer(applicability_map, "pressure")), lead_style(page.verdicts)),
+        f"{answer_words(page.verdicts, 'cells')}.",
         question_text(pair, case.criteria),
         _describe_wheel(case),
-        *map_pictures[:theory_index],
-        Heading("If not Hertz, what?"),
-        " ".join(write_map_answer(applicability_map, "theory")),
-        *map_pictures[theory_index:],
-        build_shares_table(count_theory_shares(applicability_map)),
-        Heading("Load limits"),
-        _build_limits_table(applicability_map),
-        Heading("The pair"),
-        *_build_pictures(applicability_map, largest_loads),
-        Heading("Cells"),
-        _build_cells_table(records),
-        *_build_details(
-            applicability_map, cells, pictures or {}, picture_count=count_fitting_pictures(map_pictures, len(cells))
-        ),
-        *closing_parts(
-            THEORIES,
-            *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
-            laws=bool(find_judged_laws(applicability_map)),
-        ),
+        *page.build_parts(count_fitting_pictures(page.map_pictures, len(page.cells))),
+        *_close_report([applicability_map]),
     ]
     return write_text(out / REPORT_FILE, render_page(f"Where Hertz holds: {pair}", parts))
+
+
+def write_yaw_report(
+    yaw_map: YawMap, out: Path, *, theory: str = HERTZ, pictures: Mapping[float, Pictures] | None = None
+) -> Path:
+    """Write `report.html` of the maps of several yaws.
+
+    Changes with the yaw come first, then a section for each yaw.
+
+    Parameters
+    ----------
+    yaw_map
+        Maps of several yaws.
+    out
+        Folder of the map.
+    theory
+        Further theory of the pressure with a picture.
+    pictures
+        Pictures of cells that were drawn before, by the yaw in rad.
+
+    Returns
+    -------
+    Path
+        File of the report.
+    """
+    pair, maps = pair_words(yaw_map.case, " and "), [single_map for single_map in yaw_map.maps if single_map.positions]
+    pages: list[_MapPage] = []
+    for single_map in maps:
+        first_number, known_pictures = sum(len(page.cells) for page in pages), pictures or {}
+        pages.append(
+            _MapPage.build_page(
+                single_map,
+                theory,
+                known_pictures.get(single_map.case.yaw_rad, {}),
+                first_number=first_number,
+                at_yaw=True,
+            )
+        )
+    verdicts = [verdict for page in pages for verdict in page.verdicts]
+    map_pictures = [picture for page in pages for picture in page.map_pictures]
+    picture_count = count_fitting_pictures(map_pictures, len(verdicts)) // len(pages)
+    changes = write_yaw_answer(YawMap(maps=tuple(maps)), "pressure")
+    parts: list[Part] = [
+        Heading(f"Applicability maps at yaw {join_yaws(yaw_map.yaws_mrad)}: {pair}", 1),
+        Lead(" ".join(changes or write_map_answer(maps[0], "pressure")), lead_style(verdicts)),
+        f"{answer_words(verdicts, 'cells')}.",
+        question_text(pair, yaw_map.case.criteria),
+        Heading("Verdicts that change with the yaw"),
+        _build_changes_table(maps),
+        Heading("Load limits at each yaw"),
+        _build_yaw_limits_table(maps),
+    ]
+    for single_map, page in zip(maps, pages, strict=True):
+        parts += [
+            Heading(f"Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad"),
+            " ".join(write_map_answer(single_map, "pressure")),
+            f"{answer_words(page.verdicts, 'cells')}.",
+            _describe_wheel(single_map.case),
+            *page.build_parts(picture_count),
+        ]
+    parts += _close_report(maps)
+    return write_text(out / REPORT_FILE, render_page(f"Where Hertz holds at each yaw: {pair}", parts))
+
+
+def _close_report(maps: Sequence[ApplicabilityMap]) -> list[Part]:
+    """Last parts of a report: terms and versions."""
+    return closing_parts(
+        THEORIES,
+        *((letter, cause) for cause, letter in CAUSE_LETTERS.items()),
+        laws=any(find_judged_laws(single_map) for single_map in maps),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _MapPage:
+    """Section of a report on a map of a single yaw.
+
+    Attributes
+    ----------
+    applicability_map
+        Map.
+    records, cells
+        Record of each cell, and its parts by the name of its place on the page.
+    map_pictures, theory_index
+        Pictures of the map, and number of pictures before the picture of the cheapest theory.
+    pictures
+        Pictures of cells that were drawn before.
+    """
+
+    applicability_map: ApplicabilityMap
+    records: Sequence[TableRecord]
+    cells: Mapping[str, Sequence[Part]]
+    map_pictures: Sequence[Picture]
+    theory_index: int
+    pictures: Pictures
+
+    @classmethod
+    def build_page(
+        cls,
+        applicability_map: ApplicabilityMap,
+        theory: str,
+        pictures: Pictures,
+        *,
+        first_number: int = 0,
+        at_yaw: bool = False,
+    ) -> _MapPage:
+        """Section of a map, with its pictures drawn.
+
+        Parameters
+        ----------
+        applicability_map
+            Map.
+        theory
+            Further theory of the pressure with a picture.
+        pictures
+            Pictures of cells that were drawn before.
+        first_number
+            Number of cells that the page has before this section.
+        at_yaw
+            Whether the titles of pictures have the yaw also if it is zero.
+
+        Returns
+        -------
+        _MapPage
+            Section.
+        """
+        records = [
+            build_cell_record(cell) | ({} if cell.judged is None else {"case": case_inputs(cell.judged.case)})
+            for cell in applicability_map.cells
+        ]
+        cells = {
+            f"cell-{number}": _build_cell_parts(record) for number, record in enumerate(records, start=first_number + 1)
+        }
+        views = build_views(applicability_map, theory, at_yaw=at_yaw)
+        return cls(
+            applicability_map=applicability_map,
+            records=records,
+            cells=cells,
+            map_pictures=[_draw_map_picture(view, cells) for view in views.values()],
+            theory_index=list(views).index("theory"),
+            pictures=pictures,
+        )
+
+    @property
+    def verdicts(self) -> list[str]:
+        """Verdict of each cell; `failed` without a usable result."""
+        return [cell.verdict if cell.usable else "failed" for cell in self.applicability_map.cells]
+
+    def build_parts(self, picture_count: int) -> list[Part]:
+        """Parts of the section: pictures of the map, tables, details of the cells.
+
+        Parameters
+        ----------
+        picture_count
+            Largest number of pictures of cells.
+
+        Returns
+        -------
+        list of Part
+            Parts.
+        """
+        applicability_map = self.applicability_map
+        return [
+            *write_number_answer(applicability_map),
+            *self.map_pictures[: self.theory_index],
+            Heading("If not Hertz, what?"),
+            " ".join(write_map_answer(applicability_map, "theory")),
+            *self.map_pictures[self.theory_index :],
+            build_shares_table(count_theory_shares(applicability_map)),
+            Heading("Load limits"),
+            _build_limits_table(applicability_map),
+            Heading("The pair"),
+            *_build_pictures(applicability_map, _choose_largest_loads(applicability_map)),
+            Heading("Cells"),
+            _build_cells_table(self.records),
+            *_build_details(applicability_map, self.cells, self.pictures, picture_count=picture_count),
+        ]
+
+
+def _build_changes_table(maps: Sequence[ApplicabilityMap]) -> Table | str:
+    """Table of the verdicts that change with the yaw.
+
+    The table has a column for each yaw, and the text "None." takes its place without a change."""
+    verdicts = {
+        1e3 * single_map.case.yaw_rad: {
+            (cell.lateral_shift_mm, cell.load_N): cell.verdict if cell.usable else "failed" for cell in single_map.cells
+        }
+        for single_map in maps
+    }
+    changes = find_yaw_changes(verdicts)
+    if not changes:
+        return "None."
+    headings = [f"{format_yaw(yaw_mrad)} mrad" for yaw_mrad in verdicts]
+    rows = [
+        TableRow(
+            cells=[f"{change.lateral_shift_mm:+z.2f}", f"{change.load_N / 1e3:g}", *change.answers.values()],
+            tone="fails" if "FAILS" in change.answers.values() else "plain",
+        )
+        for change in changes
+    ]
+    return Table(title="", columns=make_columns("shift mm", "load kN", *headings, answers=headings), rows=rows)
+
+
+def _build_yaw_limits_table(maps: Sequence[ApplicabilityMap]) -> Table:
+    """Table of the load limits of Hertz at each shift and yaw."""
+    limits = [
+        {column.shift_mm: column.limit for column in build_map_view(single_map, "pressure").columns}
+        for single_map in maps
+    ]
+    headings = [f"{format_yaw(1e3 * single_map.case.yaw_rad)} mrad" for single_map in maps]
+    rows = [
+        TableRow(cells=[f"{shift:+z.2f}", *(limit.get(shift, "-") for limit in limits)])
+        for shift in sorted(set().union(*limits))
+    ]
+    return Table(title="", columns=make_columns("shift mm", *headings, texts=headings), rows=rows)
 
 
 def _build_cell_parts(record: TableRecord) -> list[Part]:
@@ -211,18 +411,17 @@ def _build_details(
         yield Details(str(title), parts, name)
 
 
-def format_map_lines(
-    applicability_map: ApplicabilityMap, measure: str, theory: str, *, width: int | None
-) -> Iterator[Table | str]:
+def format_map_lines(map_result: MapResult, measure: str, theory: str, *, width: int | None) -> Iterator[Table | str]:
     """Lines of a map on the terminal, by a measure.
 
     The answer in sentences is first, then the map. For the measure `theory` a table with the share of each theory
-    follows.
+    follows. For several yaws, the cells in which the answer changes with the yaw come first, then the lines of each
+    yaw.
 
     Parameters
     ----------
-    applicability_map
-        Map.
+    map_result
+        Map, or maps of several yaws.
     measure
         `pressure`, `theory`, or the name of a feature's verdict.
     theory
@@ -235,18 +434,25 @@ def format_map_lines(
     Table or str
         Part of the output.
     """
-    yield from (
-        fill(sentence, width or DEFAULT_TEXT_WIDTH) for sentence in write_map_answer(applicability_map, measure, theory)
-    )
+    if isinstance(map_result, YawMap):
+        for sentence in write_yaw_answer(map_result, measure, theory):
+            yield fill(sentence, width or DEFAULT_TEXT_WIDTH)
+        for single_map in map_result.maps:
+            yield " "
+            yield f"Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad:"
+            yield from format_map_lines(single_map, measure, theory, width=width)
+        return
+    sentences = dict.fromkeys((*write_map_answer(map_result, measure, theory), *write_number_answer(map_result)))
+    yield from (fill(sentence, width or DEFAULT_TEXT_WIDTH) for sentence in sentences)
     yield " "
-    yield format_map(applicability_map, measure, theory=theory, width=width)
+    yield format_map(map_result, measure, theory=theory, width=width)
     if measure == "theory":
-        yield build_shares_table(count_theory_shares(applicability_map))
+        yield build_shares_table(count_theory_shares(map_result))
 
 
 def _describe_wheel(case: Case) -> str:
-    hint = " For the other wheel, read the opposite shift."
-    return f"The {case.side} wheel, {roll_words(case)}.{hint if other_wheel_label(case) else ''}"
+    hint = other_wheel_hint(case)
+    return f"The {case.side} wheel, {roll_words(case)}.{hint and f' {capitalise(hint)}.'}"
 
 
 def _choose_largest_loads(applicability_map: ApplicabilityMap) -> list[tuple[JudgedLoad, Placement]]:

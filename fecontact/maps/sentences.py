@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, groupby, pairwise
 
 from fecontact.contact_theories.registry import THEORIES
@@ -10,6 +10,7 @@ from fecontact.inputs.texts import count_text
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.verdict_views import CAUSES
 from fecontact.maps.view import CLOSE_SHIFTS_MM, ColumnView, MapView
+from fecontact.maps.yaw_map import YawChange, choose_reference_yaw, find_yaw_changes, format_yaw, join_yaws
 from fecontact.outputs.style import BETWEEN_VERDICTS
 
 
@@ -145,6 +146,90 @@ def _describe_places(view: MapView, name: str, *, out_of_range: bool = False) ->
         load_text = "at all loads" if loads == view.loads_N else _format_load_list(view.loads_N, loads)
         texts.append(f"{places} {load_text}")
     return "; ".join(texts)
+
+
+# Number of cells that a sentence on the yaw names.
+_MOST_NAMED_CELLS = 4
+_ANSWER_VERBS = {"HOLDS": "holds", "FAILS": "fails", "UNRESOLVED": "is unresolved", "failed": "has no result"}
+# If the answer is the cheapest theory, FAILS means that no theory holds.
+_THEORY_VERBS = {
+    **_ANSWER_VERBS,
+    "FAILS": "does not exist",
+    **{theory: f"is {words.in_sentence}" for theory, words in THEORIES.items()},
+}
+
+
+def write_yaw_sentences(views: Mapping[float, MapView], name: str, *, of_theories: bool = False) -> list[str]:
+    """Sentences on the cells in which an answer changes with the yaw.
+
+    Parameters
+    ----------
+    views
+        View of the map at each yaw in mrad, by the same measure.
+    name
+        Name of the theory, or "the cheapest theory that holds".
+    of_theories
+        Whether the answers are the cheapest theories.
+
+    Returns
+    -------
+    list of str
+        A sentence for each yaw except the reference, which is the yaw nearest to zero; or a single sentence without
+        any change.
+    """
+    answers_by_yaw = {yaw_mrad: _collect_answers(view) for yaw_mrad, view in views.items()}
+    if len(views) < 2 or not all(answers_by_yaw.values()):
+        return []
+    changes, verbs = find_yaw_changes(answers_by_yaw), _THEORY_VERBS if of_theories else _ANSWER_VERBS
+    reference_mrad = choose_reference_yaw([*views])
+    if not changes:
+        cells = count_text(len(answers_by_yaw[reference_mrad]), "cell")
+        subject = _name_yaw_subject(name, verbs)
+        return [f"At {join_yaws([*views])} {subject} is the same in all of {cells} (shift and load)."]
+    other_yaws = [yaw_mrad for yaw_mrad in views if yaw_mrad != reference_mrad]
+    return [_write_yaw_sentence(changes, (reference_mrad, yaw_mrad), name, verbs) for yaw_mrad in other_yaws]
+
+
+def _name_yaw_subject(name: str, verbs: Mapping[str, str]) -> str:
+    """Subject of a sentence: the verdict on a theory, or the cheapest theory."""
+    return name if verbs is _THEORY_VERBS else f"the verdict on {name}"
+
+
+def _collect_answers(view: MapView) -> dict[tuple[float, float], str]:
+    """Answers of the cells of a view by shift (mm) and load (N)."""
+    return {
+        (column.shift_mm, load_N): cell.answer
+        for column in view.columns
+        for load_N, cell in zip(view.loads_N, column.cells, strict=True)
+    }
+
+
+def _write_yaw_sentence(
+    changes: Sequence[YawChange], yaws_mrad: tuple[float, float], name: str, verbs: Mapping[str, str]
+) -> str:
+    """Sentence on the answers that change from the first yaw to the second."""
+    reference_mrad, yaw_mrad = yaws_mrad
+    place, reference = f"At {format_yaw(yaw_mrad)} mrad", f"{format_yaw(reference_mrad)} mrad"
+    groups: dict[tuple[str, str], list[YawChange]] = {}
+    for change in changes:
+        before, after = change.answers[reference_mrad], change.answers[yaw_mrad]
+        if before != after:
+            groups.setdefault((before, after), []).append(change)
+    if not groups:
+        return f"{place} {_name_yaw_subject(name, verbs)} is the same as at {reference} in every cell."
+    phrases = [
+        f"{verbs[after]} in {count_text(len(cells), 'cell')} where it {verbs[before]} at {reference}"
+        f" ({_name_cells(cells)})"
+        for (before, after), cells in groups.items()
+    ]
+    return f"{place} {name} {'; it '.join(phrases)}."
+
+
+def _name_cells(changes: Sequence[YawChange]) -> str:
+    """Shifts and loads of cells; of many cells the first, and the number of the others."""
+    names = [f"{change.lateral_shift_mm:g} mm {change.load_N / 1e3:g} kN" for change in changes[:_MOST_NAMED_CELLS]]
+    further = len(changes) - len(names)
+    return ", ".join(names) + (f" and {further} more" if further else "")
 
 
 def _add_verbs(limit: str) -> str:

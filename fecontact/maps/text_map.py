@@ -6,7 +6,7 @@ from textwrap import wrap
 
 from fecontact.case import Case
 from fecontact.maps.view import MapView
-from fecontact.outputs.case_words import other_wheel_label, roll_words
+from fecontact.outputs.case_words import other_wheel_hint, roll_words
 
 
 def format_map_table(view: MapView, *, width: int | None = None) -> str:
@@ -47,9 +47,8 @@ def format_map_table(view: MapView, *, width: int | None = None) -> str:
 
 
 def _position_text(case: Case) -> str:
-    other_label = other_wheel_label(case)
-    hint = "; for the other wheel, read the opposite shift" if other_label else ""
-    return f"{case.side} wheel, {roll_words(case)}{hint}"
+    hint = other_wheel_hint(case)
+    return f"{case.side} wheel, {roll_words(case)}{hint and f'; {hint}'}"
 
 
 def _format_lines(view: MapView, load_indices: range, width: int) -> list[str]:

@@ -120,8 +120,8 @@ class MapView:
     ----------
     case, loads_N, columns
         Base case, loads in N, and columns by increasing shift.
-    title, criterion
-        Title, and limits within which a theory holds.
+    title, criterion, preposition
+        Title, and limits within which a theory holds, or conditions at which a number is valid.
     colours
         Colour of each answer.
     answers, marks, number
@@ -130,6 +130,8 @@ class MapView:
         Meaning of a diamond; empty without diamonds.
     notes
         Lines below the table.
+    yaw_mrad
+        Yaw in the title of the picture; None for a title without a yaw.
     """
 
     case: Case
@@ -143,6 +145,8 @@ class MapView:
     number: str
     notes: Sequence[str]
     diamond: str = ""
+    yaw_mrad: float | None = None
+    preposition: str = "within"
 
     @property
     def lines(self) -> list[str]:

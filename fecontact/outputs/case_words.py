@@ -147,6 +147,23 @@ def shift_label(case: Case) -> str:
     return f"{case.side} wheel: lateral shift of the wheelset in mm  ({_SHIFT_SIGN_WORDS[case.side]})"
 
 
+def other_wheel_hint(case: Case) -> str:
+    """Advice how to read a map for the opposite wheel; empty if the map does not show that wheel.
+
+    Parameters
+    ----------
+    case
+        Inputs of the case.
+
+    Returns
+    -------
+    str
+        Text without a full stop.
+    """
+    yaw_part = " of a map with the opposite yaw" if case.yaw_rad else ""
+    return f"for the other wheel, read the opposite shift{yaw_part}" if other_wheel_label(case) else ""
+
+
 def other_wheel_label(case: Case) -> str | None:
     """Label of the axis for the opposite wheel, with the opposite sign of the shift.
 

@@ -54,9 +54,9 @@ def to_xarray(results: CaseResult | HasRows | Iterable[CaseResult] | Sequence[Re
     -------
     xarray.Dataset
         For a case: pressure (MPa) and gap (mm) over `x_mm` and `s_mm`, on the pressure nodes of the whole contact. For
-        a map: each column of its table over `lateral_shift_mm` and `load_kN`. For a contact table: each column over
-        `lateral_shift_mm`, `yaw_mrad` and `load_kN`, with `long_name` and `units`. For several cases: each column over
-        `case`.
+        a map: each column of its table over `lateral_shift_mm` and `load_kN`, for several yaws also over `yaw_mrad`.
+        For a contact table: each column over `lateral_shift_mm`, `yaw_mrad` and `load_kN`, with `long_name` and
+        `units`. For several cases: each column over `case`.
 
     Raises
     ------
@@ -80,5 +80,8 @@ def to_xarray(results: CaseResult | HasRows | Iterable[CaseResult] | Sequence[Re
         )
     results = cast("CaseResult | HasRows | Iterable[CaseResult]", results)
     frame, coordinates = to_dataframe(results), ["lateral_shift_mm", "load_kN"]
+    if isinstance(results, HasRows) and frame.duplicated(coordinates).any():
+        # maps of several yaws
+        coordinates = [*TABLE_AXES]
     frame = frame.set_index(coordinates) if isinstance(results, HasRows) else frame.rename_axis("case")
     return xarray.Dataset.from_dataframe(frame)

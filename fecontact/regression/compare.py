@@ -32,6 +32,7 @@ SHORT_FORMS = {"shift": "lateral_shift_mm", "load": "load_kN", "roll": "roll_mra
 
 # Inputs of a position, in their usual order.
 _POSITION_COLUMNS, _VERDICT_COLUMN = ("lateral_shift_mm", "load_kN"), "verdict_answer"
+_YAW_COLUMN = SHORT_FORMS["yaw"]
 _MATCH_COLUMNS = (
     *_POSITION_COLUMNS,
     "rail",
@@ -207,8 +208,9 @@ class TableComparison:
     versions, settings
         (baseline, new) of each entry that is recorded on both sides and differs.
     verdicts
-        For each case in both tables its `lateral_shift_mm` and `load_kN`, and Hertz's verdicts `baseline` and `new`,
-        `failed` without a verdict. It is empty for tables without shifts, loads or verdicts.
+        For each case in both tables its `lateral_shift_mm` and `load_kN`, `yaw_mrad` if there are several yaws, and
+        Hertz's verdicts `baseline` and `new`, `failed` without a verdict. It is empty for tables without shifts, loads
+        or verdicts.
     """
 
     baseline: ResultTable
@@ -334,10 +336,13 @@ def compare_tables(
 
 
 def _verdict_table(was: pandas.DataFrame, now: pandas.DataFrame, cases: Sequence[str]) -> pandas.DataFrame:
-    """Both verdicts of each case, at its shift and load."""
+    """Both verdicts of each case, at its shift, load and yaw."""
     if not {*_POSITION_COLUMNS, _VERDICT_COLUMN} <= {*was} or _VERDICT_COLUMN not in now:
         return pandas.DataFrame()
-    places = {name: was.loc[cases, name].map(parse_number) for name in _POSITION_COLUMNS}
+    # the yaw is part of the place in maps of several yaws
+    has_yaws = _YAW_COLUMN in was and _count_values(was, _YAW_COLUMN) > 1
+    columns = (*_POSITION_COLUMNS, *[_YAW_COLUMN] * has_yaws)
+    places = {name: was.loc[cases, name].map(parse_number) for name in columns}
     answers = {
         side: rows.loc[cases, _VERDICT_COLUMN].replace("", "failed") for side, rows in (("baseline", was), ("new", now))
     }

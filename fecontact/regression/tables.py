@@ -200,11 +200,12 @@ def _replace_fields(tolerance: Tolerance, parts: _ToleranceFields) -> Tolerance:
 # --- Tables of results, read as text from the files of a run, a map, a solved case or a baseline.
 
 _TABLE_NAMES = ("study.json", "study.csv", "map.csv", "row.json")
-_SEALED_SCHEMAS = ("fecontact/study/", "fecontact/map/")
+_SEALED_SCHEMAS = ("fecontact/study/", "fecontact/map/", "fecontact/yaw_map/")
 # Schemas from before documents were sealed.
 _SCHEMAS_BEFORE_SEALS = ("fecontact/study/1", *(f"fecontact/map/{version}" for version in (1, 2, 3)))
 _GUARDED_BEGINNINGS = tuple(f"'{sign}" for sign in FORMULA_PREFIXES)
 _MAP_KEY = ("lateral_shift_mm", "load_kN")
+_YAW_COLUMN = "yaw_mrad"
 # Entries of a document that are not settings.
 _RESULT_ENTRIES = ("schema", "cases", "rows", "row", "versions", "reason", SEAL_KEY)
 _REMEDY = f"give a folder of results that fecontact wrote, a {', a '.join(_TABLE_NAMES)} or a CSV of studies/baselines"
@@ -269,9 +270,13 @@ def load_table(path: str | Path) -> ResultTable:
     _check_seal(json_path, document, folder=Path(path).is_dir())
     if not lines:
         raise InputError(f"results {file}: no rows; {_REMEDY}")
-    key = next((key for key in (("id",), _MAP_KEY) if {*key} <= {*columns}), None)
+    key: tuple[str, ...] | None = next((key for key in (("id",), _MAP_KEY) if {*key} <= {*columns}), None)
     if key is None:
         raise InputError(f"results {file}: neither a column id nor {' and '.join(_MAP_KEY)}; {_REMEDY}")
+    if key == _MAP_KEY and _YAW_COLUMN in columns:
+        # cells of a map of several yaws differ by their yaw too
+        yaws = {line[columns.index(_YAW_COLUMN)] for line in lines} - {""}
+        key = (_MAP_KEY[0], _YAW_COLUMN, _MAP_KEY[1]) if len(yaws) > 1 else key
     texts = np.array([[_cell_text(value) for value in line] for line in lines], dtype=object)
     names = [f"row {count}" for count in range(1, len(lines) + 1)]
     rows = pandas.DataFrame(texts, index=names, columns=columns, dtype=object)

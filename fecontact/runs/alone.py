@@ -16,7 +16,7 @@ from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_column
 from fecontact.outputs.records.results import hertz_record
 from fecontact.outputs.table_grid import TABLE_AXES
 from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
-from fecontact.runs.map_lookup import read_map_rows, read_map_yaw_rad
+from fecontact.runs.map_lookup import read_map_rows, read_map_yaws_rad
 from fecontact.runs.table_steps import refine_shifts, require_accuracy
 from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
 from fecontact.solving.hertz_alone import evaluate_hertz
@@ -144,7 +144,7 @@ def table(
         not checked. None for the given shifts alone.
     map_folder
         Folder of a map that `fecontact map` wrote for this pair: columns `map_*` have its verdicts at its shifts and
-        loads, in rows with its yaw.
+        loads, in rows with one of its yaws; `map_status` is `not in the map` in all other rows.
     progress
         Receives the progress as for `run`, with lines in place of cases.
 
@@ -205,13 +205,17 @@ def _require_yaws_rad(case: Case, yaws_mrad: Sequence[float] | None) -> list[flo
 
 
 def _read_map_lines(folder: Path, case: Case, yaws_rad: Sequence[float]) -> dict[Line, Mapping[str, str]]:
-    """Rows of a stored map by their lines, with the yaw of the map."""
-    map_yaw_rad = read_map_yaw_rad(folder)
-    map_yaw_mrad = round(1e3 * map_yaw_rad, _KEY_DECIMALS)
-    has_map_yaw = map_yaw_mrad in [round(1e3 * yaw_rad, _KEY_DECIMALS) for yaw_rad in yaws_rad]
-    # a map with a yaw that the table does not have is the map of another contact
-    rows = read_map_rows(folder, replace(case, yaw_rad=map_yaw_rad if has_map_yaw else yaws_rad[0]))
-    return {_line_key({**row, "yaw_mrad": map_yaw_mrad}): row for row in rows}
+    """Rows of a stored map by their lines, at the common yaws."""
+    table_yaws_mrad = [round(1e3 * yaw_rad, _KEY_DECIMALS) for yaw_rad in yaws_rad]
+    common_yaws_rad = [
+        yaw_rad for yaw_rad in read_map_yaws_rad(folder) if round(1e3 * yaw_rad, _KEY_DECIMALS) in table_yaws_mrad
+    ]
+    # a map without any yaw of the table is the map of another contact, and is refused
+    return {
+        _line_key({**row, "yaw_mrad": 1e3 * yaw_rad}): row
+        for yaw_rad in common_yaws_rad or yaws_rad[:1]
+        for row in read_map_rows(folder, replace(case, yaw_rad=yaw_rad))
+    }
 
 
 def _iterate_middles(lines: Sequence[Line]) -> Iterator[tuple[Line, list[Line]]]:

@@ -121,6 +121,7 @@ def run_demo(
     """
     settings = settings or RunSettings()
     outcome = run_map(BASE_CASE, SHIFTS_MM, LOADS_N, out, settings=settings, progress=map_progress)
+    assert isinstance(outcome.made, ApplicabilityMap)
     paraview_case = choose_paraview_case(outcome.made)
     cases = {make_case_id(case): case for case in (SPHERE_CASE, paraview_case) if case is not None}
     rows: dict[str, Row] = {}

@@ -11,10 +11,11 @@ from fecontact.errors import InputError
 from fecontact.maps.model import LoadInterval, LoadLimit
 from fecontact.maps.verdict_views import list_bands
 from fecontact.maps.view import Band, column_width
+from fecontact.maps.yaw_map import describe_missing_yaw, round_yaw
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import case_inputs
 from fecontact.regression.tables import load_table
-from fecontact.runs.stored_map import read_map_document
+from fecontact.runs.stored_map import list_map_documents, read_map_document
 
 # Inputs of a case that determine the contact. Other inputs determine how it is solved and judged.
 _CONTACT_INPUTS = (
@@ -24,7 +25,9 @@ _CONTACT_INPUTS = (
 
 
 def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> list[Mapping[str, str]]:
-    """Read the rows of a stored map, with the verdicts at the time of writing.
+    """Read the rows of a stored map at the yaw of a case.
+
+    They have the verdicts at the time of writing.
 
     Parameters
     ----------
@@ -33,7 +36,7 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
     case
         Case with the required contact.
     but_for
-        Inputs that may differ.
+        Inputs that may differ. The yaw may not differ from all yaws of a map of several yaws.
 
     Returns
     -------
@@ -43,9 +46,10 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
     Raises
     ------
     InputError
-        For a map of another contact, and for files that were changed.
+        For a map of another contact or of other yaws, and for files that were changed.
     """
-    document = read_map_document(folder)
+    documents = list_map_documents(read_map_document(folder))
+    document = documents[0] if len(documents) == 1 else _select_yaw(folder, documents, case.yaw_rad)
     map_inputs, given_inputs = (_select_contact_inputs(record) for record in (document["case"], case_inputs(case)))
     different = [
         name for name in _CONTACT_INPUTS if name not in but_for and map_inputs.get(name) != given_inputs.get(name)
@@ -57,11 +61,24 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
         raise InputError(
             f"{folder}: this is the map of a different contact ({differences}); give the same inputs, or another map"
         )
-    return list(load_table(folder / "map.csv").rows.to_dict("records"))
+    rows = list(load_table(folder / "map.csv").rows.to_dict("records"))
+    if len(documents) == 1:
+        return rows
+    yaw_mrad = round_yaw(1e3 * document["case"]["yaw_rad"])
+    return [row for row in rows if round_yaw(float(row["yaw_mrad"])) == yaw_mrad]
 
 
-def read_map_yaw_rad(folder: Path) -> float:
-    """Read the yaw of the wheelset of a stored map.
+def _select_yaw(folder: Path, documents: Sequence[Mapping[str, Any]], yaw_rad: float) -> Mapping[str, Any]:
+    """Record of the map at a yaw; `InputError` if the yaw is not stored."""
+    for document in documents:
+        if round_yaw(1e3 * document["case"]["yaw_rad"]) == round_yaw(1e3 * yaw_rad):
+            return document
+    stored_mrad = [1e3 * document["case"]["yaw_rad"] for document in documents]
+    raise InputError(f"{folder}: {describe_missing_yaw(1e3 * yaw_rad, stored_mrad)}")
+
+
+def read_map_yaws_rad(folder: Path) -> tuple[float, ...]:
+    """Read the yaws of the wheelset of a stored map.
 
     Parameters
     ----------
@@ -70,10 +87,10 @@ def read_map_yaw_rad(folder: Path) -> float:
 
     Returns
     -------
-    float
-        Yaw in rad.
+    tuple of float
+        Yaws in rad; a single yaw for a map without a list of yaws.
     """
-    return float(read_map_document(folder)["case"]["yaw_rad"])
+    return tuple(float(document["case"]["yaw_rad"]) for document in list_map_documents(read_map_document(folder)))
 
 
 def _select_contact_inputs(record: Mapping[str, Any]) -> Record:
@@ -86,20 +103,28 @@ def _select_contact_inputs(record: Mapping[str, Any]) -> Record:
     return contact_inputs
 
 
-def read_map_bands(folder: Path) -> list[tuple[float, float, Sequence[Band]]]:
+def read_map_bands(folder: Path, yaw_rad: float = 0.0) -> list[tuple[float, float, Sequence[Band]]]:
     """Read the verdicts of a stored map over the load.
 
     Parameters
     ----------
     folder
         Folder of the map.
+    yaw_rad
+        Yaw in rad, for a map of several yaws.
 
     Returns
     -------
     list of tuple
         For each lateral shift: the shift in mm, its range on both sides in mm, and its verdicts over the load.
+
+    Raises
+    ------
+    InputError
+        If a map of several yaws does not have this yaw, and for files that were changed.
     """
-    document = read_map_document(folder)
+    documents = list_map_documents(read_map_document(folder))
+    document = documents[0] if len(documents) == 1 else _select_yaw(folder, documents, yaw_rad)
     reach = 0.5 * column_width(document["lateral_shifts_mm"])
     return [(limit["lateral_shift_mm"], reach, _bands(limit, document["cells"])) for limit in document["limits"]]
 

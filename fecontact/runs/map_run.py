@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ
@@ -24,8 +24,9 @@ from fecontact.jobs.workers import Job, JobOutcome
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.positions import build_failed_position
-from fecontact.maps.report import count_fitting_pictures, write_map_report
+from fecontact.maps.report import count_fitting_pictures, write_map_report, write_yaw_report
 from fecontact.maps.views import refuse_measure
+from fecontact.maps.yaw_map import MapResult, YawMap, format_yaw, list_maps, require_yaws_rad
 from fecontact.outputs.records.results import case_inputs
 from fecontact.packages import require_finite_elements
 from fecontact.runs.cost import sort_longest_first
@@ -46,14 +47,14 @@ class MapOutcome:
     Attributes
     ----------
     made
-        The map.
+        The map, or the maps of several yaws.
     reused
         Ids of the positions that were finished before.
     recomputed
         Reasons for solving or judging finished positions again, by id.
     """
 
-    made: ApplicabilityMap
+    made: MapResult
     reused: tuple[str, ...] = ()
     recomputed: dict[str, str] = field(default_factory=dict)
 
@@ -64,6 +65,7 @@ def run_map(
     loads_N: Sequence[float],
     out: Path,
     *,
+    yaws_mrad: Sequence[float] | None = None,
     measure: str = "pressure",
     theory: str = HERTZ,
     settings: RunSettings | None = None,
@@ -74,13 +76,15 @@ def run_map(
     Parameters
     ----------
     base_case
-        Everything except lateral shift and load.
+        Everything except lateral shift, `yaws_mrad` and load.
     lateral_shifts_mm
         Lateral shifts in mm.
     loads_N
         Wheel loads in N.
     out
         Folder for the results.
+    yaws_mrad
+        Yaws of the wheelset in mrad, each with its own map; None for the yaw of the case.
     measure
         Measure of the map; for `theory` with friction the laws of creep forces are judged and written too.
     theory
@@ -93,13 +97,14 @@ def run_map(
     Returns
     -------
     MapOutcome
-        The map.
+        The map, or the maps of all yaws.
 
     Raises
     ------
     InputError
-        If there are no shifts or loads, or values that no case can have; if another run has the folder, or the cluster
-        cannot be used. A position that cannot be solved raises no error: the status of its cells gives the reason.
+        If there are no shifts or loads, or values that no case can have; if a yaw is given twice, or together with a
+        yaw of the case; if another run has the folder, or the cluster cannot be used. A position that cannot be solved
+        raises no error: the status of its cells gives the reason.
     """
     settings = settings or RunSettings()
     shifts, loads = tuple(sorted(set(lateral_shifts_mm))), tuple(sorted(set(loads_N)))
@@ -112,15 +117,26 @@ def run_map(
             "map: all loads of a position have the same roll; give the wheel load for this roll, roll_load_kN"
             f" (--roll-load-kn), such as {1e-3 * loads[len(loads) // 2]:g}"
         )
+    yaws_rad = None if yaws_mrad is None else require_yaws_rad(base_case, yaws_mrad)
     # all cases are made first: a value that no case can have is refused before anything is solved
     all_cases = [
-        replace(base_case, lateral_shift_mm=shift, load_N=load) for shift in shifts for load in reversed(loads)
+        replace(base_case, yaw_rad=yaw, lateral_shift_mm=shift, load_N=load)
+        for yaw in yaws_rad or (base_case.yaw_rad,)
+        for shift in shifts
+        for load in reversed(loads)
     ]
-    cases = {case.lateral_shift_mm: case for case in all_cases[:: len(loads)]}
+    cases = {(case.yaw_rad, case.lateral_shift_mm): case for case in all_cases[:: len(loads)]}
     with open_run(out, out / "positions", settings, progress) as opened_run:
         dear = measure == "theory"
         run = _MapRun(
-            base_case=base_case, cases=cases, loads_N=loads, out=out, opened_run=opened_run, theory=theory, dear=dear
+            base_case=base_case,
+            yaws_rad=yaws_rad,
+            cases=cases,
+            loads_N=loads,
+            out=out,
+            opened_run=opened_run,
+            theory=theory,
+            dear=dear,
         )
         try:
             run.solve()
@@ -130,8 +146,15 @@ def run_map(
             raise
         map_result = run.write()
         if opened_run.settings.part is None and map_result.positions:
-            write_map_report(map_result, out, theory=theory, pictures=run.pictures)
+            if isinstance(map_result, YawMap):
+                write_yaw_report(map_result, out, theory=theory, pictures=run.pictures)
+            else:
+                write_map_report(map_result, out, theory=theory, pictures=run.pictures[base_case.yaw_rad])
     return MapOutcome(made=map_result, reused=tuple(opened_run.reused), recomputed=opened_run.recomputed)
+
+
+_Place: TypeAlias = tuple[float, float]
+"""Yaw (rad) and lateral shift (mm) of a position."""
 
 
 @dataclass(kw_only=True)
@@ -139,7 +162,8 @@ class _MapRun:
     """State of a map while it is made."""
 
     base_case: Case
-    cases: Mapping[float, Case]
+    yaws_rad: tuple[float, ...] | None
+    cases: Mapping[_Place, Case]
     loads_N: tuple[float, ...]
     out: Path
     opened_run: OpenRun
@@ -148,9 +172,9 @@ class _MapRun:
 
     def __post_init__(self) -> None:
         """Start without positions, and decide whether each cell has a picture."""
-        self._shifts = {make_case_id(case, self.loads_N): shift for shift, case in self.cases.items()}
-        self._positions: dict[float, MapPosition] = {}
-        self.pictures: dict[tuple[float, float], bytes] = {}
+        self._places = {make_case_id(case, self.loads_N): place for place, case in self.cases.items()}
+        self._positions: dict[_Place, MapPosition] = {}
+        self.pictures: dict[float, dict[tuple[float, float], bytes]] = {yaw: {} for yaw, _ in self.cases}
         cells = len(self.cases) * len(self.loads_N)
         # if there are more cells, only some get a picture, and they are chosen at the end
         self._pictured = self.opened_run.settings.part is None and cells <= count_fitting_pictures((), cells)
@@ -158,35 +182,52 @@ class _MapRun:
 
     def solve(self) -> None:
         """Solve the positions that are not finished."""
-        names = self.opened_run.settings.select_part(list(self._shifts))
+        names = self.opened_run.settings.select_part(list(self._places))
         # towards the gauge corner curvatures are large and second patches appear: the longest positions come first
-        names = tuple(sorted(names, key=self._shifts.__getitem__, reverse=self.base_case.side == "left"))
-        largest = {name: replace(self.cases[self._shifts[name]], load_N=self.loads_N[-1]) for name in names}
+        names = tuple(sorted(names, key=lambda name: self._places[name][1], reverse=self.base_case.side == "left"))
+        largest = {name: replace(self.cases[self._places[name]], load_N=self.loads_N[-1]) for name in names}
         names = tuple(sort_longest_first(largest, self.opened_run.crew.workers))
         # loads that failed or did not converge are tried again, after all others
         jobs = sorted(map(self._job, names), key=lambda job: job.force)
         finish_jobs(jobs, self.opened_run, on_done=self._keep_position)
 
-    def write(self, *, drawn: bool = True) -> ApplicabilityMap:
+    def write(self, *, drawn: bool = True) -> MapResult:
         """Write the files of the map, or of the part, with the finished positions.
 
         `drawn` decides whether pictures are drawn too. The time for writing decides when the tables are written next.
         """
-        positions_so_far = tuple(self._positions[shift] for shift in sorted(self._positions))
-        map_result = ApplicabilityMap(case=self.base_case, loads_N=self.loads_N, positions=positions_so_far)
+        map_result = self._assemble()
         name, start = f"map{self.opened_run.settings.part_suffix}", time.monotonic()
-        positions = {name: shift for name, shift in self._shifts.items() if shift in self._positions}
-        origin = make_provenance(self.base_case, positions=positions)
-        write_map(map_result, self.out, name, theory=self.theory, provenance=origin, drawn=drawn)
+        positions = {name: place for name, place in self._places.items() if place in self._positions}
+        provenances = [
+            make_provenance(
+                single_map.case,
+                positions={name: shift for name, (yaw, shift) in positions.items() if yaw == single_map.case.yaw_rad},
+            )
+            for single_map in list_maps(map_result)
+        ]
+        write_map(map_result, self.out, name, theory=self.theory, provenances=provenances, drawn=drawn)
         now = time.monotonic()
         self._tables_at = now + (now - start) / _TABLE_TIME_FRACTION
         if drawn:
             self._drawn_at = now
         return map_result
 
+    def _assemble(self) -> MapResult:
+        """Map of the finished positions, or the maps of all yaws."""
+        maps = tuple(
+            ApplicabilityMap(
+                case=replace(self.base_case, yaw_rad=yaw),
+                loads_N=self.loads_N,
+                positions=tuple(self._positions[place] for place in sorted(self._positions) if place[0] == yaw),
+            )
+            for yaw in dict.fromkeys(yaw for yaw, _ in self.cases)
+        )
+        return maps[0] if self.yaws_rad is None else YawMap(maps=maps)
+
     def _job(self, name: str) -> Job:
         """Job of a position; it is forced if loads failed or did not converge."""
-        case = self.cases[self._shifts[name]]
+        case = self.cases[self._places[name]]
         if self.opened_run.settings.scheduler:
             case = make_paths_absolute(case)
         dear, pictured, base_case = self.dear, self._pictured, self.base_case
@@ -196,24 +237,25 @@ class _MapRun:
         )
         job = make_job(case, name_position_folder(self.out, name), work)
         has_retry = has_open_loads(job.folder) and check_stored_job(job.folder, job.name, job.origin).problem is None
-        return replace(job, read=read_folder, label=f"{case.lateral_shift_mm:+z.2f} mm", force=has_retry)
+        yaw_text = "" if self.yaws_rad is None else f", {format_yaw(1e3 * case.yaw_rad)} mrad"
+        return replace(job, read=read_folder, label=f"{case.lateral_shift_mm:+z.2f} mm{yaw_text}", force=has_retry)
 
     def _keep_position(self, outcome: JobOutcome) -> None:
         """Keep the outcome of a position; write the files if their time has come.
 
         A failed job gives a position with failed cells.
         """
-        shift = self._shifts[outcome.name]
+        yaw, shift = place = self._places[outcome.name]
         failure = outcome.failure
         if failure is None:
-            self._positions[shift] = outcome.value.position
-            self.pictures |= {(shift, load_N): picture for load_N, picture in outcome.value.pictures.items()}
+            self._positions[place] = outcome.value.position
+            self.pictures[yaw] |= {(shift, load_N): picture for load_N, picture in outcome.value.pictures.items()}
         else:
-            self._positions[shift] = build_failed_position(shift, self.loads_N, failure)
+            self._positions[place] = build_failed_position(shift, self.loads_N, failure)
         now = time.monotonic()
         # positions finished before are drawn with the next solved position, or at the end, like the last position
         if (
-            len(self._positions) < len(self._shifts)
+            len(self._positions) < len(self._places)
             and outcome.name not in self.opened_run.reused
             and now >= self._tables_at
         ):
@@ -225,15 +267,21 @@ class _MapRun:
 # --- Folder of a map before the solution, and maps from Python, as `fecontact map` solves them.
 
 # inputs of the case of a map that its positions and loads replace, or that only judge
-_IGNORED_INPUTS = ("lateral_shift_mm", "load_N", "criteria", "creep")
+_IGNORED_INPUTS = ("lateral_shift_mm", "yaw_rad", "load_N", "criteria", "creep")
 
 
 def prepare_for_map(
-    out: Path, case: Case, lateral_shifts_mm: Sequence[float], loads_N: Sequence[float], *, force: bool = False
+    out: Path,
+    case: Case,
+    lateral_shifts_mm: Sequence[float],
+    loads_N: Sequence[float],
+    *,
+    yaws_mrad: Sequence[float] | None = None,
+    force: bool = False,
 ) -> None:
     """Create the folder of a map and check that it can be written.
 
-    A map continues with more shifts, different criteria and different friction.
+    A map continues with more shifts, more yaws, different criteria and different friction.
 
     Parameters
     ----------
@@ -245,22 +293,30 @@ def prepare_for_map(
         Lateral shifts in mm.
     loads_N
         Wheel loads in N.
+    yaws_mrad
+        Yaws of the wheelset in mrad; None for the yaw of the case.
     force
         Whether to write into a folder with other results.
 
     Raises
     ------
     InputError
-        If the folder has other results; the message names them.
+        For yaws that are not allowed, and if the folder has other results; the message names them.
     OSError
         If the folder cannot be written.
     """
     map_inputs = {name: value for name, value in case_inputs(case).items() if name not in _IGNORED_INPUTS}
     stored_form = json.loads(format_json(map_inputs))
+    yaws_rad = (case.yaw_rad,) if yaws_mrad is None else require_yaws_rad(case, yaws_mrad)
 
     def is_own(stored: Any) -> bool:
-        has_same_places = set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm) and set(stored["loads_N"]) == set(
-            loads_N
+        # a map of several yaws never becomes a map of a single yaw: the others would be lost
+        stored_yaws_rad = stored.get("yaws_rad", [stored["case"].get("yaw_rad")])
+        has_same_places = (
+            set(stored["lateral_shifts_mm"]) <= set(lateral_shifts_mm)
+            and set(stored["loads_N"]) == set(loads_N)
+            and set(stored_yaws_rad) <= set(yaws_rad)
+            and ("yaws_rad" not in stored or yaws_mrad is not None)
         )
         return has_same_places and all(stored["case"].get(name) == value for name, value in stored_form.items())
 
@@ -273,6 +329,7 @@ def map_(
     loads_N: Sequence[float],
     out: str | Path,
     *,
+    yaws_mrad: Sequence[float] | None = None,
     measure: str = "pressure",
     theory: str = HERTZ,
     workers: int | None = None,
@@ -286,13 +343,15 @@ def map_(
     Parameters
     ----------
     case
-        Everything except lateral shift and load.
+        Everything except lateral shift, `yaws_mrad` and load.
     lateral_shifts_mm
         Lateral shifts of the wheelset, in mm.
     loads_N
         Wheel loads, in N.
     out
         Folder for the results; `fecontact.load` reads them back.
+    yaws_mrad
+        Yaws of the wheelset in mrad, each with its own map; None for the yaw of the case.
     measure
         Measure of the map; for `theory` with friction the laws of creep forces are judged and written too.
     theory
@@ -303,7 +362,7 @@ def map_(
     Returns
     -------
     MapOutcome
-        The map.
+        The map; with `yaws_mrad` a `YawMap`, whose `select_yaw` gives the map of a yaw.
 
     Raises
     ------
@@ -329,6 +388,7 @@ def map_(
         require_number_list(loads_N, "loads_N"),
         Path(out),
     )
-    prepare_for_map(map_arguments[-1], *map_arguments[:-1], force=force)
+    yaws = None if yaws_mrad is None else require_number_list(yaws_mrad, "yaws_mrad")
+    prepare_for_map(map_arguments[-1], *map_arguments[:-1], yaws_mrad=yaws, force=force)
     settings = RunSettings(workers=workers, force=force)
-    return run_map(*map_arguments, measure=measure, theory=theory, settings=settings, progress=progress)
+    return run_map(*map_arguments, yaws_mrad=yaws, measure=measure, theory=theory, settings=settings, progress=progress)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -91,7 +91,7 @@ def read_stored_study(folder: Path) -> tuple[str, list[Row], int]:
     """
     if not (folder / "study.json").exists():
         raise InputError(f"{folder} has no results; {REMEDY}")
-    document = read_sealed_document(folder / "study.json", STUDY_SCHEMA, "run the study again")
+    document = read_sealed_document(folder / "study.json", [STUDY_SCHEMA], "run the study again")
     name, rows = document.get("study"), document.get("rows")
     if not isinstance(name, str) or not isinstance(rows, list) or not all(map(_is_row, rows)):
         raise InputError(f"{folder / 'study.json'}: this is not a list of rows; run the study again")
@@ -105,15 +105,15 @@ def _is_row(row: Any) -> bool:
     return has_texts and is_file_name(row["id"])
 
 
-def read_sealed_document(path: Path, schema: str, remedy: str) -> Mapping[str, Any]:
+def read_sealed_document(path: Path, schemas: Sequence[str], remedy: str) -> Mapping[str, Any]:
     """Read a document, and check its layout and its seal.
 
     Parameters
     ----------
     path
         File.
-    schema
-        Required layout.
+    schemas
+        Allowed layouts; the message has the first.
     remedy
         Remedy for the message of an error.
 
@@ -128,8 +128,8 @@ def read_sealed_document(path: Path, schema: str, remedy: str) -> Mapping[str, A
         If the document has another layout, or was changed.
     """
     document = read_json(path)
-    if not isinstance(document, Mapping) or document.get("schema") != schema:
-        raise InputError(f"{path}: the layout is not {schema}; {remedy}")
+    if not isinstance(document, Mapping) or document.get("schema") not in schemas:
+        raise InputError(f"{path}: the layout is not {schemas[0]}; {remedy}")
     if problem := explain_broken_seal(path, document):
         raise InputError(f"{problem}; {remedy}")
     return document

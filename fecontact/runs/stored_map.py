@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
@@ -18,9 +18,11 @@ from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.positions import build_failed_position
-from fecontact.maps.report import format_map_lines, write_map_report
-from fecontact.maps.telling import MAP_SCHEMA, build_map_record
+from fecontact.maps.report import format_map_lines, write_map_report, write_yaw_report
+from fecontact.maps.telling import MAP_SCHEMA
 from fecontact.maps.views import refuse_measure
+from fecontact.maps.yaw_map import MapResult, YawMap
+from fecontact.maps.yaw_records import YAW_MAP_SCHEMA, build_result_record
 from fecontact.outputs.parts import Part
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import name_position_folder, read_position
@@ -37,14 +39,14 @@ class JudgedMap:
     Attributes
     ----------
     map
-        The map.
+        The map, or the maps of several yaws.
     problems
         Reasons for positions that cannot be judged.
     measure, theory
         Measure and theory of the printed map.
     """
 
-    map: ApplicabilityMap
+    map: MapResult
     problems: tuple[str, ...]
     measure: str = "pressure"
     theory: str = HERTZ
@@ -62,7 +64,7 @@ class JudgedMap:
     @property
     def record(self) -> Mapping[str, Any]:
         """The map in the layout of `map.json`."""
-        return build_map_record(self.map)
+        return build_result_record(self.map)
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the map by its measure.
@@ -80,7 +82,7 @@ class JudgedMap:
         return format_map_lines(self.map, self.measure, self.theory, width=width)
 
 
-def load_map(folder: Path) -> ApplicabilityMap:
+def load_map(folder: Path) -> MapResult:
     """Read a finished map.
 
     Parameters
@@ -90,8 +92,8 @@ def load_map(folder: Path) -> ApplicabilityMap:
 
     Returns
     -------
-    ApplicabilityMap
-        The map.
+    ApplicabilityMap or YawMap
+        The map, or the maps of several yaws.
 
     Raises
     ------
@@ -152,7 +154,10 @@ def judge_map(
     refuse_measure(new_map.case, measure, theory)
     if out is not None:
         write_map(new_map, out, theory=theory)
-        write_map_report(new_map, out, theory=theory)
+        if isinstance(new_map, YawMap):
+            write_yaw_report(new_map, out, theory=theory)
+        else:
+            write_map_report(new_map, out, theory=theory)
     return JudgedMap(map=new_map, problems=tuple(problems.values()), measure=measure, theory=theory)
 
 
@@ -174,7 +179,16 @@ def read_map_document(folder: Path) -> Mapping[str, Any]:
     InputError
         If it has another layout, or either file was changed.
     """
-    return read_sealed_document(folder / "map.json", MAP_SCHEMA, "make the map again")
+    return read_sealed_document(folder / "map.json", (MAP_SCHEMA, YAW_MAP_SCHEMA), "make the map again")
+
+
+def list_map_documents(document: Mapping[str, Any]) -> Sequence[Mapping[str, Any]]:
+    """Records of maps of a single yaw each, from the content of `map.json`."""
+    return list(document["maps"]) if document["schema"] == YAW_MAP_SCHEMA else [document]
+
+
+_Place: TypeAlias = tuple[int, float]
+"""Number of a map by increasing yaw, and lateral shift (mm) of a position."""
 
 
 def read_map(
@@ -185,7 +199,7 @@ def read_map(
     dear: bool = False,
     judges: OpenJudges = lambda count: nullcontext(map),
     progress: Progress | None = None,
-) -> tuple[ApplicabilityMap, dict[float, str]]:
+) -> tuple[MapResult, dict[str, str]]:
     """Read a finished map, and find positions that cannot be used.
 
     Parameters
@@ -203,8 +217,8 @@ def read_map(
 
     Returns
     -------
-    tuple of ApplicabilityMap and dict
-        The map, and the problems of unusable positions by their lateral shift in mm.
+    tuple of ApplicabilityMap or YawMap, and dict
+        The map, and the problems of unusable positions by their folder.
 
     Raises
     ------
@@ -214,39 +228,51 @@ def read_map(
     document = read_map_document(folder)
     read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
     with refuse_changed_files(folder / "map.json", "make the map again"):
-        names = {
-            shift: name for name, shift in document["provenance"].get("positions", {}).items() if is_file_name(name)
+        documents = list_map_documents(document)
+        folders: dict[_Place, Path] = {
+            (number, shift): name_position_folder(folder, name)
+            for number, single_document in enumerate(documents)
+            for name, shift in single_document["provenance"].get("positions", {}).items()
+            if is_file_name(name)
         }
-        folders = {shift: name_position_folder(folder, name) for shift, name in names.items()}
         problems = {
-            shift: problem
-            for shift, position_path in folders.items()
+            place: problem
+            for place, position_path in folders.items()
             if (problem := describe_unusable_result(position_path))
         }
-        usable = {shift: position_path for shift, position_path in folders.items() if shift not in problems}
+        usable = {place: position_path for place, position_path in folders.items() if place not in problems}
         with judges(len(usable)) as map_over:
             judged_positions = report_progress(map_over(read_folder, usable.values()), len(usable), progress, "judging")
-            results: dict[float, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
-        problems |= {shift: result for shift, result in results.items() if isinstance(result, str)}
-        positions_by_shift = {shift: result for shift, result in results.items() if not isinstance(result, str)}
-        positions = [
-            positions_by_shift[shift]
-            if shift in positions_by_shift
-            else build_failed_position(shift, document["loads_N"], problems[shift])
-            for shift in folders
-        ]
-        if not positions_by_shift:
+            results: dict[_Place, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
+        problems |= {place: result for place, result in results.items() if isinstance(result, str)}
+        positions = {place: result for place, result in results.items() if not isinstance(result, str)}
+        if not positions:
             reason = next(iter(problems.values()), "the map has no position")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
-        first = usable[min(positions_by_shift)]
+        first = usable[min(positions)]
         stored_base_case = read_stored_case(first, read_solution(first)["case"])
-        case = replace(
+        base_case = replace(
             stored_base_case,
             lateral_shift_mm=0.0,
             criteria=criteria or stored_base_case.criteria,
             creep=creep or stored_base_case.creep,
         )
-        return ApplicabilityMap(case=case, loads_N=tuple(document["loads_N"]), positions=tuple(positions)), problems
+        maps = tuple(
+            ApplicabilityMap(
+                case=replace(base_case, yaw_rad=single_document["case"]["yaw_rad"]),
+                loads_N=tuple(single_document["loads_N"]),
+                positions=tuple(
+                    positions[place]
+                    if place in positions
+                    else build_failed_position(place[1], single_document["loads_N"], problems[place])
+                    for place in folders
+                    if place[0] == number
+                ),
+            )
+            for number, single_document in enumerate(documents)
+        )
+        map_result = YawMap(maps=maps) if document["schema"] == YAW_MAP_SCHEMA else maps[0]
+        return map_result, {str(folders[place]): problem for place, problem in problems.items()}
 
 
 def _try_position(folder: Path, **settings: Any) -> MapPosition | str:

@@ -282,7 +282,7 @@ def test_the_record_of_a_map_with_friction_has_the_limits_of_forces(planted_map,
 
 
 def test_pictures_and_tables_of_another_friction_go(planted_map, tmp_path, monkeypatch):
-    for name in ("build_map_record", "build_contact_row", "save_map_figure"):
+    for name in ("build_result_record", "build_contact_row", "save_map_figure"):
         monkeypatch.setattr(f"fecontact.maps.files.{name}", lambda *_: {})
     monkeypatch.setattr("fecontact.maps.files.build_views", lambda *_, **__: {})
     monkeypatch.setattr("fecontact.maps.files.build_stiffness_rows", lambda position: [])

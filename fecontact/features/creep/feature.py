@@ -6,4 +6,5 @@ READINGS = {"creep": "creep_comparison.compare_creep_forces"}
 DEAR_READINGS = {"creep_laws": "laws.judge_creep_laws"}
 TELLINGS = {"creep": "telling.CREEP"}
 MAPS = {"force": "maps.FORCE_MAP"}
+NUMBERS = {"t_gamma": "maps.T_GAMMA_MAP"}
 LAWS = {"law": "maps.LAW_MAP"}

@@ -225,6 +225,47 @@ def calculate_force_difference(first: CreepForce, second: CreepForce, limit_N: f
     return float(np.hypot(first.fx_N - second.fx_N, first.fy_N - second.fy_N)) / limit_N
 
 
+def calculate_y_over_q(placement: Placement, normal_force_N: float, fy_N: float) -> float | None:
+    """Ratio of the lateral to the vertical force of the wheel on the rail.
+
+    Parameters
+    ----------
+    placement
+        Wheel on rail.
+    normal_force_N
+        Normal force in N, along the normal at the first contact point.
+    fy_N
+        Lateral creep force on the wheel in N, along the tangent there.
+
+    Returns
+    -------
+    float or None
+        Y/Q without unit, positive if the wheel pushes the rail outwards; None without a downward force on the rail.
+
+    Notes
+    -----
+    With the contact angle delta, Y = N sin(delta) - Fy cos(delta) and Q = N cos(delta) + Fy sin(delta). Must not be
+    used for separate patches, whose normals differ.
+
+    Examples
+    --------
+    Without a creep force Y/Q is the tangent of the contact angle.
+
+    >>> import math
+    >>> from fecontact.case import Case
+    >>> from fecontact.features.creep.forces import calculate_y_over_q
+    >>> from fecontact.solving.placing import place_case
+    >>> placement = place_case(Case())
+    >>> ratio = calculate_y_over_q(placement, 100e3, 0.0)
+    >>> abs(ratio - math.tan(placement.first.contact_angle_rad)) < 1e-12
+    True
+    """
+    touch = placement.first
+    on_wheel_N = normal_force_N * touch.normal + fy_N * touch.tangent
+    vertical_N = float(on_wheel_N[2])
+    return -float(on_wheel_N[1]) / vertical_N if vertical_N > 0.0 else None
+
+
 _ROUNDING = 1e-12
 
 

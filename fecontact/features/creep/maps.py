@@ -6,14 +6,24 @@ from collections.abc import Mapping
 from typing import Any
 
 from fecontact.case import Case
-from fecontact.features.creep.force_verdict import DISPLACED_CENTRE, PATCH_SHAPE, judge_hertz_force
+from fecontact.features.creep.creep_comparison import TheoryForces
+from fecontact.features.creep.force_verdict import (
+    DECIDING_THEORY,
+    DISPLACED_CENTRE,
+    PATCH_SHAPE,
+    judge_hertz_force,
+)
 from fecontact.features.creep.judged_force import FORCE_MEASURE, ForceJudgement
 from fecontact.features.creep.laws import CREEP_LAWS, REFERENCE_LAW
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.judging.readings import LawReadingView, VerdictReadingView
+from fecontact.judging.readings import LawReadingView, NumberReading, NumberReadingView, VerdictReadingView
 from fecontact.judging.verdict import Judgement
 
 _UNSOLVED_TEXT = "no forces: not solved"
+_NO_FRICTION_TEXT = (
+    "the map has no friction coefficient; add one, for example --friction 0.3 (for a stored map without friction use"
+    " fecontact judge FOLDER --friction 0.3, which solves no case again)"
+)
 
 
 def force_criterion(case: Case) -> str | None:
@@ -56,8 +66,43 @@ FORCE_MAP = VerdictReadingView(
         DISPLACED_CENTRE: ("D", "centre of pressure away from\nthe contact point"),
         PATCH_SHAPE: ("F", PATCH_SHAPE),
     },
-    missing="the map has no friction coefficient; add one, for example --friction 0.3 (for a stored map without"
-    " friction use fecontact judge FOLDER --friction 0.3, which solves no case again)",
+    missing=_NO_FRICTION_TEXT,
+)
+
+
+def _describe_rolling(case: Case) -> str | None:
+    """Friction and creepages of a position in words; None without friction."""
+    creep = case.creep
+    if creep.friction is None:
+        return None
+    creepages = {"xi": (creep.xi, 1e2, " %"), "eta": (creep.eta, 1e2, " %"), "spin": (creep.spin_per_mm, 1.0, "/mm")}
+    texts = [
+        f"{name} {value * factor:g}{unit}" for name, (value, factor, unit) in creepages.items() if value is not None
+    ]
+    speed = "" if creep.speed_ratio == 1.0 else f" at {creep.speed_ratio:g} times the rolling speed"
+    free = [f"{'other ' if texts else ''}creepages of the wheelset{speed}"] if len(texts) < len(creepages) else []
+    surfaces = " on the curved surfaces" if creep.curved else ""
+    return f"friction {creep.friction:g}, {', '.join(texts + free)}{surfaces}"
+
+
+def _read_t_gamma(load: JudgedLoad) -> NumberReading | None:
+    """Deviation of Hertz's T-gamma at a load; None without creep forces."""
+    if "creep" not in load.features:
+        return None
+    forces: TheoryForces = load.features["creep"].theories[DECIDING_THEORY]
+    return NumberReading(
+        deviation_percent=forces.t_gamma_deviation_percent, uncertainty_percent=forces.t_gamma_uncertainty_percent
+    )
+
+
+T_GAMMA_MAP = NumberReadingView(
+    title="by how much Hertz makes T-gamma (wear number) wrong",
+    criterion=_describe_rolling,
+    lost=_UNSOLVED_TEXT,
+    name="T-gamma (wear number)",
+    read_deviation=_read_t_gamma,
+    without="no T-gamma: no slip, or no force",
+    missing=_NO_FRICTION_TEXT,
 )
 
 

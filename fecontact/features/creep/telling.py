@@ -25,13 +25,17 @@ def _make_creep_record(comparison: CreepComparison) -> Record:
     """
     judgement, deviation_names = comparison.verdict, "deviation_of_muN uncertainty_of_muN"
     t_gamma_names = "t_gamma_deviation_percent t_gamma_uncertainty_percent"
+    component_names = (
+        "fx_deviation_N fx_uncertainty_N fy_deviation_N fy_uncertainty_N mz_deviation_Nmm mz_uncertainty_Nmm"
+    )
     return {
         **select_attributes(comparison, "friction limit_N creepages centre_creepages curved surface_of_muN"),
         "theories": {
             theory: {
                 "hertz": make_force_record(forces.hertz),
                 "fe": make_force_record(forces.fe),
-                **select_attributes(forces, f"{deviation_names} {t_gamma_names}"),
+                **select_attributes(forces, f"{deviation_names} {t_gamma_names} {component_names}"),
+                "y_over_q": to_plain(forces.y_over_q),
             }
             for theory, forces in comparison.theories.items()
         },

@@ -186,5 +186,5 @@ def _read_columns(folder: Path, case: Case) -> tuple[MapColumn, ...]:
             bands=tuple(bands),
             cells=tuple(cell for cell in cells if cell.lateral_shift_mm == shift),
         )
-        for shift, reach, bands in read_map_bands(folder)
+        for shift, reach, bands in read_map_bands(folder, case.yaw_rad)
     )

@@ -128,7 +128,13 @@ def case_names(comparison: TableComparison) -> dict[str, str]:
     if not {*comparison.baseline.key} <= {*rows}:
         # the cases are matched by columns, and these name the cases
         return {case: case for case in comparison.cases}
-    rows_by_case = rows.filter(("lateral_shift_mm", "load_kN", "wheel", "rail")).loc[comparison.cases].to_dict("index")
+    # the yaw is part of the name in maps of several yaws, where it names the cases
+    yaw_columns = [name for name in comparison.baseline.key if name == "yaw_mrad"]
+    rows_by_case = (
+        rows.filter(("lateral_shift_mm", "load_kN", "wheel", "rail", *yaw_columns))
+        .loc[comparison.cases]
+        .to_dict("index")
+    )
     pairs = {
         case: " on ".join(short_name(row[body]) for body in ("wheel", "rail") if row.get(body))
         for case, row in rows_by_case.items()
@@ -143,10 +149,11 @@ def case_names(comparison: TableComparison) -> dict[str, str]:
 
 
 def _case_name(row: Mapping[str, str], pair: str) -> str:
-    shift, load = row.get("lateral_shift_mm"), row.get("load_kN")
+    shift, load, yaw = row.get("lateral_shift_mm"), row.get("load_kN"), row.get("yaw_mrad")
     if not shift or not load:
         return ""
-    return ", ".join(filter(None, (pair, f"{float(shift):+g} mm", f"{float(load):g} kN")))
+    yaw_text = f"yaw {float(yaw):g} mrad" if yaw else ""
+    return ", ".join(filter(None, (pair, f"{float(shift):+g} mm", yaw_text, f"{float(load):g} kN")))
 
 
 def tolerance_table(comparison: TableComparison) -> Table:

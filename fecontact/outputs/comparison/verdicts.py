@@ -40,6 +40,12 @@ def changed_verdicts(comparison: TableComparison) -> list[Record]:
 
 
 def _places_text(cases: pandas.DataFrame) -> str:
+    """Shifts and loads of cases, for each yaw if there are several."""
+    if "yaw_mrad" in cases:
+        return "; ".join(
+            f"yaw {yaw:g} mrad: {_places_text(at_yaw.drop(columns='yaw_mrad'))}"
+            for yaw, at_yaw in cases.groupby("yaw_mrad")
+        )
     by_shift = cases.sort_values(["lateral_shift_mm", "load_kN"]).groupby("lateral_shift_mm").load_kN
     return "; ".join(f"{shift:+g} mm: {', '.join(f'{load:g}' for load in loads)} kN" for shift, loads in by_shift)
 
