@@ -119,7 +119,11 @@ def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, i
         mirror_point = place_case(replace(case, opposite=Opposite())).first
         assert abs(row.contact_angle_mrad - 1e3 * float(mirror_point.contact_angle_rad)) > 1e-3
         single = make_single_row(case)
-        assert (row.verdict, row.measure, row.lines) == (single["verdict"], single["measure"], single["lines"])
+        assert (row.verdict, row.measure, row.variants) == (
+            single["verdict"],
+            single["measure"],
+            single["variants"],
+        )
         for name in ("hertz_p_max_MPa", "screen_p_max_MPa"):
             assert row[name] == pytest.approx(single[name], rel=1e-9), name
 
@@ -138,7 +142,7 @@ def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
     assert len(rows["left"]) == 8
     for key, row in rows["left"].items():
         mirrored = rows["right"][key]
-        assert (row.verdict, row.lines) == (mirrored.verdict, mirrored.lines)
+        assert (row.verdict, row.variants) == (mirrored.verdict, mirrored.variants)
         for name in NUMBERS:
             assert row[name] == pytest.approx(mirrored[name], rel=1e-9, abs=1e-9), (key, name)
     # each wheel has its own contact: both sides differ

@@ -16,7 +16,7 @@ from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.quality_gate import is_left_out, judge_profile
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
-from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
+from fecontact.features.fleet.sealed_folder import PROFILE_JOBS, SYSTEM_REMEDY
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
     INCLINATION_COLUMN,
@@ -481,8 +481,8 @@ def _collect_profile(
     if outcome is None or work is None:
         return _refuse_candidate(candidate)
     if outcome.failure is not None and outcome.is_system_failure:
-        remedy = "free memory or disk space, or use fewer --workers, and run the same command again"
-        return ReadProfile(candidate=candidate, record={"status": UNREAD, "reason": outcome.failure, "remedy": remedy})
+        record = {"status": UNREAD, "reason": outcome.failure, "remedy": SYSTEM_REMEDY}
+        return ReadProfile(candidate=candidate, record=record)
     if outcome.failure is not None:
         return ReadProfile(
             candidate=candidate,
