@@ -1,31 +1,32 @@
 """On which standard pairs, at which shifts, up to which load may Hertz be used?
 
-First part: wheels S1002 and EN13715_1in40 on nine running rails of EN 13674-1, inclined at 1:20, 1:30 and 1:40 and
+First series: wheels S1002 and EN13715_1in40 on nine running rails of EN 13674-1, inclined at 1:20, 1:30 and 1:40 and
 upright: 72 pairs, each at -8 to 8 mm by 0.5 under 25, 50, 75, 100 and 125 kN, new profiles on 1435 mm, the left wheel
 of a wheelset that rolls until both wheels touch. A fleet (`fecontact fleet`) for each inclination: all 11,880 positions
 are screened by the strip method, and 75 of each fleet are drawn and solved by finite elements at `quick`, not refined.
 
-Second part, 58 more pairs at -8 to 8 mm by 1 under equal loads, with 50 drawn positions in all: the same wheels on the
-other eight heads of EN 13674-1 at 1:20, 1:30 and 1:40; LMA, LMB10 and S1002 (in China also called S1002CN and LMB) on
-CHN60 and 60N at 1:40, with 1353 mm between the backs of the wheels, as in China; and the APTA wheels on 60E1 1:40. The
-rails of North America are not in the library, and its wheels have a different distance between their backs, which was
-not found: these four pairs show the wheels, and no railway has them. The other seven rails of EN 13674-1 have the head
-of a rail with rows (`EQUAL_HEADS`). Upright rails, which are in switches, are left out of the second part. Wheels with
-a higher flange have the tread and the root of the flange of 28 mm, and so its rows. The reference wheels of EN 15302,
-cones, the profiles of the Manchester benchmark and crane rails are left out, because no pair of a railway has them.
+Second series, 58 more pairs at -8 to 8 mm by 1 under equal loads, with 50 drawn positions in all: the same wheels on
+the other eight heads of EN 13674-1 at 1:20, 1:30 and 1:40; LMA, LMB10 and S1002 (in China also called S1002CN and LMB)
+on CHN60 and 60N at 1:40, with 1353 mm between the backs of the wheels, as in China; and the APTA wheels on 60E1 1:40.
+The rails of North America are not in the library, and its wheels have a different distance between their backs, which
+was not found: these four pairs show the wheels, and no railway has them. The other seven rails of EN 13674-1 have the
+head of a rail with rows (`EQUAL_HEADS`). Upright rails, which are in switches, are left out of the second series.
+Wheels with a higher flange have the tread and the root of the flange of 28 mm, and so its rows. The reference wheels of
+EN 15302, cones, the profiles of the Manchester benchmark and crane rails are left out, because no pair of a railway has
+them.
 
 Reference of the screen: those finite elements. Expected: Hertz holds outside a band of shifts about first touch at the
 crown's junctions, which widens with the load; where both decide, the screen agrees with the elements in 95 % and more,
 and Hertz's peak is off by the same within 2 % where the screen is sure.
 
-`python studies/20_atlas.py --screen` screens the fleets and solves the sample (30 CPU minutes for the first part, 5
-for the second; `--part more` is the second alone), goes on where it was stopped, and writes the figures,
+`python studies/20_atlas.py --screen` screens the fleets and solves the sample (30 CPU minutes for the first series, 5
+for the second; `--series more` is the second alone), goes on where it was stopped, and writes the figures,
 `atlas/positions.csv` and `atlas/more_positions.csv` (a row a pair, with a letter for each load at each shift: H holds,
 F fails, O open, R or N no contact) and `atlas/sample.csv` and `atlas/more_sample.csv` (a row a drawn position). The
-second part has the cheapest theory too, as letters of `THEORY_LETTERS`. `fecontact run` of this file solves the samples
-alone.
+second series has the cheapest theory too, as letters of `THEORY_LETTERS`. `fecontact run` of this file solves the
+samples alone.
 
-Found in the first part: by the screen Hertz holds in 60 % of the positions, fails in 27 % and is unresolved in 1.4 %;
+Found in the first series: by the screen Hertz holds in 60 % of the positions, fails in 27 % and is unresolved in 1.4 %;
 in 11 % the flange climbs. Of 300 drawn positions, 33 have a flange that climbs. Screen and elements agree in all 259
 positions that both decide. Of 8 positions that the screen leaves unresolved, elements decide 6; in 2 of them Hertz
 holds. By the sample Hertz holds in 60 % [59, 62]. The deviation of Hertz's peak by the screen is within 0.5 % of the
@@ -35,11 +36,11 @@ lobes, in which the peak of strips is 7 % below the peak of elements (`STRIPS_AR
 in the root of the flange, strips and elements differ by 5 %, and the screen leaves the position unresolved. More
 positions may be drawn later (`DRAWN`); earlier draws still count.
 
-Found in the second part: by the screen Hertz holds in 58 % of the positions, fails in 28 % and is unresolved in 2.8 %;
-in 11 % the flange climbs. Such positions are not drawn. Screen and elements agree in all 46 positions that both decide.
-At one position the elements are refused, because their meshes are too soft or too stiff. By the sample Hertz holds in
-63 % [51, 73] of the contacts. The deviation of Hertz's peak by the screen is within 0.5 % of the deviation by elements
-in 36 of 39 positions where the screen is sure, and within 1.2 % in all.
+Found in the second series: by the screen Hertz holds in 58 % of the positions, fails in 28 % and is unresolved in 2.8
+%; in 11 % the flange climbs. Such positions are not drawn. Screen and elements agree in all 46 positions that both
+decide. At one position the elements are refused, because their meshes are too soft or too stiff. By the sample Hertz
+holds in 63 % [51, 73] of the contacts. The deviation of Hertz's peak by the screen is within 0.5 % of the deviation by
+elements in 36 of 39 positions where the screen is sure, and within 1.2 % in all.
 
 Of 1541 contacts at which Hertz is not known to hold inside its range, the cheapest theory that is known to hold inside
 its range is `analyn` in 131, `equivalent_ellipse` in 123, `kpec` in 119, `multi_hertz` in 56 and `stripes` in 2; at the
@@ -182,7 +183,7 @@ class AtlasFleet:
 
 
 def _make_more_fleets() -> dict[str, AtlasFleet]:
-    """Fleets of the second part by their names."""
+    """Fleets of the second series by their names."""
     chinese = AtlasFleet(
         wheels=CHINESE_WHEELS,
         rails=CHINESE_RAILS,
@@ -216,8 +217,8 @@ FLEETS = {
     for slope in INCLINATIONS
 }
 MORE_FLEETS = _make_more_fleets()
-PARTS = {"first": FLEETS, "more": MORE_FLEETS}
-"""Fleets of each part of the atlas by their names."""
+SERIES = {"first": FLEETS, "more": MORE_FLEETS}
+"""Fleets of each series of the atlas by their names."""
 POSITIONS = {"first": ATLAS / "positions.csv", "more": ATLAS / "more_positions.csv"}
 SAMPLES = {"first": ATLAS / "sample.csv", "more": ATLAS / "more_sample.csv"}
 
@@ -229,7 +230,7 @@ SAMPLES = {"first": ATLAS / "sample.csv", "more": ATLAS / "more_sample.csv"}
 class DrawnPosition:
     """A drawn position with its place, screen verdict, weight and finite-element verdict.
 
-    The second part has the cheapest theory by the screen, and the verdict on this theory by finite elements.
+    The second series has the cheapest theory by the screen, and the verdict on this theory by finite elements.
     """
 
     inclination: str
@@ -267,10 +268,10 @@ class DrawnPosition:
         )
 
 
-def sample(part: str = "first") -> list[DrawnPosition]:
-    """All drawn positions of a part with their finite-element verdicts."""
+def sample(series: str = "first") -> list[DrawnPosition]:
+    """All drawn positions of a series with their finite-element verdicts."""
     kinds = DrawnPosition.__annotations__
-    with SAMPLES[part].open(encoding="utf-8", newline="") as file:
+    with SAMPLES[series].open(encoding="utf-8", newline="") as file:
         return [
             DrawnPosition(
                 **{name: float(text or "nan") if kinds[name] is float else text for name, text in row.items()}
@@ -284,7 +285,7 @@ def cases(quick: bool = False) -> list[Case]:
 
     In quick size, three of them.
     """
-    positions = [position for part in PARTS for position in sample(part)]
+    positions = [position for series in SERIES for position in sample(series)]
     cases_by_place = {position.place: position.case for position in positions if position.stratum != "refused"}
     return [case for place, case in cases_by_place.items() if not quick or place in QUICK]
 
@@ -295,8 +296,8 @@ def match_rows(rows: Iterable[Mapping[str, Any]]) -> Iterator[tuple[DrawnPositio
         _place(
             position.wheel, position.rail, position.case.inclination_rad, position.shift_mm, position.load_kN
         ): position
-        for part in PARTS
-        for position in sample(part)
+        for series in SERIES
+        for position in sample(series)
     }
     for row in rows:
         if row["status"] == "converged":
@@ -351,17 +352,17 @@ def conclude(rows: list[dict[str, Any]], out: Path) -> str:
     """Agreement of screen and finite elements, and the share in which Hertz holds."""
     verdict_pairs = decided_verdicts(match_rows(rows))
     agreed = sum(screen == elements for screen, elements in verdict_pairs)
-    shares = {part: (len(sample(part)), format_interval(share(part))) for part in PARTS}
+    shares = {series: (len(sample(series)), format_interval(share(series))) for series in SERIES}
     return (
         f"Screen and finite elements agree in {agreed} of {len(verdict_pairs)} positions that both decide. By all"
-        f" {shares['first'][0]} drawn positions Hertz holds in {shares['first'][1]} of the first part of the atlas, by"
-        f" {shares['more'][0]} in {shares['more'][1]} of the second part."
+        f" {shares['first'][0]} drawn positions Hertz holds in {shares['first'][1]} of the first series of the atlas,"
+        f" by {shares['more'][0]} in {shares['more'][1]} of the second series."
     )
 
 
-def share(part: str = "first") -> Share:
-    """Share of the positions of a part in which Hertz holds, by finite elements, with its interval."""
-    drawn_positions = sample(part)
+def share(series: str = "first") -> Share:
+    """Share of a series in which Hertz holds, by finite elements, with its interval."""
+    drawn_positions = sample(series)
     return estimate_share(
         [
             _stratum(name, drawn_positions)
@@ -373,7 +374,7 @@ def share(part: str = "first") -> Share:
 
 
 def _stratum(name: str, drawn_positions: Sequence[DrawnPosition]) -> Stratum:
-    """A stratum of all fleets of a part together.
+    """A stratum of all fleets of a series together.
 
     The weight of each drawn position is divided by its inclusion probability.
     """
@@ -397,13 +398,13 @@ def _stratum(name: str, drawn_positions: Sequence[DrawnPosition]) -> Stratum:
 # --- The atlas: for each pair and shift a letter for each load.
 
 
-def atlas(part: str = "first", column: str = "at") -> dict[tuple[str, str, str], dict[float, str]]:
+def atlas(series: str = "first", column: str = "at") -> dict[tuple[str, str, str], dict[float, str]]:
     """Letters by load at each shift, by wheel, inclination and rail.
 
-    The columns are `at` of the verdicts, and in the second part `theory at` of the cheapest theories.
+    The columns are `at` of the verdicts, and in the second series `theory at` of the cheapest theories.
     """
-    shifts_mm = MORE_SHIFTS_MM if part == "more" else SHIFTS_MM
-    with POSITIONS[part].open(encoding="utf-8", newline="") as file:
+    shifts_mm = MORE_SHIFTS_MM if series == "more" else SHIFTS_MM
+    with POSITIONS[series].open(encoding="utf-8", newline="") as file:
         return {
             (row["wheel"], row["inclination"], row["rail"]): {
                 shift: row[f"{column} {shift:g} mm"] for shift in shifts_mm
@@ -412,13 +413,13 @@ def atlas(part: str = "first", column: str = "at") -> dict[tuple[str, str, str],
         }
 
 
-def count_letters(part: str, column: str = "at") -> Counter[str]:
-    """Number of positions of a part by letter."""
-    return Counter("".join("".join(letters.values()) for letters in atlas(part, column).values()))
+def count_letters(series: str, column: str = "at") -> Counter[str]:
+    """Number of positions of a series by letter."""
+    return Counter("".join("".join(letters.values()) for letters in atlas(series, column).values()))
 
 
 def count_theories() -> Counter[str]:
-    """Number of positions of the second part by cheapest theory, where Hertz is not known to hold in its range."""
+    """Number of contacts of the second series by cheapest theory, without Hertz."""
     counts = count_letters("more", "theory at")
     return Counter({name: counts[letter] for name, letter in THEORY_LETTERS.items() if name != "hertz"})
 
@@ -453,23 +454,23 @@ def table(load_kN: float) -> str:
 
 
 def more_table(load_kN: float) -> str:
-    """Table of the second part, as of `table`."""
+    """Table of the second series, as of `table`."""
     pairs = dict.fromkeys((wheel, rail) for fleet in MORE_FLEETS.values() for wheel, _, rail in fleet.pairs)
     return _make_table(load_kN, "more", sorted(pairs, key=_sort_key), MORE_INCLINATIONS, 1.0)
 
 
 def _sort_key(pair: tuple[str, str]) -> tuple[bool, bool, int, str]:
-    """Order of the pairs of the second part: European, Chinese, American."""
+    """Order of the pairs of the second series: European, Chinese, American."""
     wheel, rail = pair
     wheels = (*WHEELS, *CHINESE_WHEELS, *AMERICAN_WHEELS)
     return wheel in AMERICAN_WHEELS, rail in CHINESE_RAILS, wheels.index(wheel), rail
 
 
 def _make_table(
-    load_kN: float, part: str, pairs: Iterable[tuple[str, str]], slopes: Sequence[str], step_mm: float
+    load_kN: float, series: str, pairs: Iterable[tuple[str, str]], slopes: Sequence[str], step_mm: float
 ) -> str:
     """Markdown table with a row for each pair of wheel and rail; a cell is empty if the pair was not screened."""
-    letters_by_pair = atlas(part)
+    letters_by_pair = atlas(series)
     lines = [f"| wheel, rail | {' | '.join(slopes)} |", f"|---|{'---|' * len(slopes)}"]
     for wheel, rail in pairs:
         cells = [
@@ -507,9 +508,9 @@ def figure(path: Path) -> Path:
 
 
 def more_figure(path: Path) -> Path:
-    """Figure of the second part, as of `figure`."""
+    """Figure of the second series, as of `figure`."""
     european = list(product(MORE_INCLINATIONS, MORE_RAILS))
-    others = [pair for name in ("china", "apta") for pair in MORE_FLEETS[name].pairs]
+    further_pairs = [pair for name in ("china", "apta") for pair in MORE_FLEETS[name].pairs]
     drawing = blank_figure(16.0, 9.0)
     axes = list(drawing.subplots(1, 3, width_ratios=(1.0, 1.0, 1.0)))
     for ax, wheel in zip(axes, WHEELS, strict=False):
@@ -519,20 +520,20 @@ def more_figure(path: Path) -> Path:
         _label_pairs(ax, [(rail, slope) for slope, rail in european])
     # the label is as wide as a panel
     axes[1].set_xlabel(SHIFT_LABEL, fontsize=12)
-    _draw_panel(axes[2], "more", others)
+    _draw_panel(axes[2], "more", further_pairs)
     axes[2].set_title("pairs of China, and APTA wheels", fontsize=13)
-    _label_pairs(axes[2], [(f"{wheel}, {rail}", slope) for wheel, slope, rail in others])
+    _label_pairs(axes[2], [(f"{wheel}, {rail}", slope) for wheel, slope, rail in further_pairs])
     _add_load_bar(drawing, image, axes)
     drawing.suptitle("Wheel load in kN up to which Hertz holds, over the lateral shift, on 58 more pairs", fontsize=15)
     return save_figure(drawing, path)
 
 
-def _draw_panel(ax: "Axes", part: str, pairs: Sequence[PairKey]) -> "AxesImage":
+def _draw_panel(ax: "Axes", series: str, pairs: Sequence[PairKey]) -> "AxesImage":
     """Draw the loads up to which Hertz holds, a row per pair."""
     from matplotlib import colormaps
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    letters_by_pair = atlas(part)
+    letters_by_pair = atlas(series)
     letters = [letters_by_pair[pair] for pair in pairs]
     count = len(LOADS_KN) + 1
     colours = ListedColormap(colormaps["cividis"](np.linspace(0.0, 1.0, count))).with_extremes(bad="#d9d9d9")
@@ -581,36 +582,39 @@ def _add_load_bar(drawing: "Figure", image: "AxesImage", axes: Sequence["Axes"])
 # --- Making it.
 
 
-def make(out: Path, workers: int, part: str) -> None:
-    """Screen the fleets of a part and solve their samples.
+def make(out: Path, workers: int, series: str) -> None:
+    """Screen the fleets of a series and solve their samples.
 
     Finished results are reused.
     """
     settings = RunSettings(workers=workers)
-    for name, fleet in PARTS[part].items():
+    for name, fleet in SERIES[series].items():
         folder = out / name
         run_fleet(write_text(out / f"{name}.toml", fleet.file_text), folder, settings=settings)
         solve_sample(folder, draw_sample(folder, fleet.draws, fleet.seed), open_fleet(folder).case, settings)
 
 
-def collect(out: Path, part: str) -> None:
-    """Write the results of the fleets of a part to `atlas/` and draw its figure."""
+def collect(out: Path, series: str) -> None:
+    """Write the results of the fleets of a series to `atlas/` and draw its figure."""
     pairs: list[dict[str, Any]] = []
     positions: list[dict[str, Any]] = []
-    for name, fleet in PARTS[part].items():
+    for name, fleet in SERIES[series].items():
         with open_tables(out / name) as tables:
-            pairs += _pair_rows(fleet, query_rows(tables, "SELECT * FROM screened"), part)
-            positions += _sample_rows(fleet, tables, out / name, part)
-    write_csv(pairs, POSITIONS[part])
-    write_csv(positions, SAMPLES[part])
-    print(figure(FIGURE) if part == "first" else more_figure(MORE_FIGURE))
+            pairs += _pair_rows(fleet, query_rows(tables, "SELECT * FROM screened"), series)
+            positions += _sample_rows(fleet, tables, out / name, series)
+    write_csv(pairs, POSITIONS[series])
+    write_csv(positions, SAMPLES[series])
+    print(figure(FIGURE) if series == "first" else more_figure(MORE_FIGURE))
     for load in (50.0, 100.0):
-        text = table(load) if part == "first" else more_table(load)
+        text = table(load) if series == "first" else more_table(load)
         print(f"Shifts in mm at which Hertz holds up to {load:g} kN:\n{text}")
 
 
-def _pair_rows(fleet: AtlasFleet, screened: Sequence[Mapping[str, Any]], part: str) -> Iterator[dict[str, Any]]:
-    """Rows of pairs, with the letters of the loads at each shift, and in the second part with theories."""
+def _pair_rows(fleet: AtlasFleet, screened: Sequence[Mapping[str, Any]], series: str) -> Iterator[dict[str, Any]]:
+    """Rows of pairs, with the letters of the loads at each shift.
+
+    The second series has the letters of the cheapest theories too.
+    """
     letters, theory_letters = (
         {
             tuple(row[name] for name in ("wheel", "rail", "shift_mm", "load_kN")): letter_by_text.get(row[column])
@@ -618,7 +622,7 @@ def _pair_rows(fleet: AtlasFleet, screened: Sequence[Mapping[str, Any]], part: s
         }
         for column, letter_by_text in (("verdict", LETTERS), ("cheapest_theory", THEORY_LETTERS | {None: NO_THEORY}))
     )
-    columns = {"at": letters} | ({"theory at": theory_letters} if part == "more" else {})
+    columns = {"at": letters} | ({"theory at": theory_letters} if series == "more" else {})
     for wheel, slope, rail in fleet.pairs:
         words = {
             f"{column} {shift:g} mm": "".join(by_position[wheel, rail, shift, load] for load in LOADS_KN)
@@ -628,8 +632,12 @@ def _pair_rows(fleet: AtlasFleet, screened: Sequence[Mapping[str, Any]], part: s
         yield {"wheel": wheel, "inclination": slope, "rail": rail, **words}
 
 
-def _sample_rows(fleet: AtlasFleet, tables: "DuckDBPyConnection", folder: Path, part: str) -> Iterator[dict[str, Any]]:
-    """Rows of the drawn positions; in the second part with the cheapest theory and its verdict by finite elements.
+def _sample_rows(
+    fleet: AtlasFleet, tables: "DuckDBPyConnection", folder: Path, series: str
+) -> Iterator[dict[str, Any]]:
+    """Rows of the drawn positions.
+
+    The second series has the cheapest theory and its verdict by finite elements too.
 
     All positions of a fleet have the same weight. It is 1 here, so that fleets of different sizes can be joined.
     """
@@ -640,7 +648,7 @@ def _sample_rows(fleet: AtlasFleet, tables: "DuckDBPyConnection", folder: Path, 
         f"SELECT {names}, cheapest_theory, fe_case FROM screen JOIN (SELECT {POSITION_COLUMNS}, fe_case,"
         f" {_SAMPLE_COLUMNS} FROM sample) USING ({POSITION_COLUMNS}) ORDER BY ALL",
     )
-    (counted,) = query_rows(tables, "SELECT count(*) AS contacts FROM screen")
+    (contact_row,) = query_rows(tables, "SELECT count(*) AS contacts FROM screen")
     with (folder / "sample" / "study.csv").open(encoding="utf-8", newline="") as file:
         study_rows = {row["id"]: row for row in csv.DictReader(file)}
     for row in rows:
@@ -650,8 +658,8 @@ def _sample_rows(fleet: AtlasFleet, tables: "DuckDBPyConnection", folder: Path, 
         yield {
             "inclination": fleet.inclination,
             **row,
-            "weight": round(row["weight"] * counted["contacts"], 9),
-            **(dict(zip(more_names, more_values, strict=True)) if part == "more" else {}),
+            "weight": round(row["weight"] * contact_row["contacts"], 9),
+            **(dict(zip(more_names, more_values, strict=True)) if series == "more" else {}),
         }
 
 
@@ -660,16 +668,16 @@ def main() -> None:
 
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--screen", action="store_true")
-    parser.add_argument("--part", choices=tuple(PARTS))
+    parser.add_argument("--series", choices=tuple(SERIES))
     parser.add_argument("--out", type=Path, default=Path("out/20_atlas"))
     parser.add_argument("--workers", type=int, default=2)
     options, _ = parser.parse_known_args()
     if not options.screen:
         run_script(__file__)
         return
-    for part in PARTS if options.part is None else (options.part,):
-        make(options.out, options.workers, part)
-        collect(options.out, part)
+    for series in SERIES if options.series is None else (options.series,):
+        make(options.out, options.workers, series)
+        collect(options.out, series)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Profiles of which no point is in a part that a mean, a median or a quantile is taken of."""
+"""Profiles without a point in the selection that a mean or a quantile needs."""
 
 import warnings
 from dataclasses import replace
@@ -58,8 +58,8 @@ def test_a_nominal_profile_beside_the_running_part_is_not_supported():
     free = smooth(POINTS, "")
     is_running = select_running_part(free.held)
     assert 40 <= np.count_nonzero(is_running) < len(POINTS)
-    beside = smooth(POINTS[: int(np.argmax(is_running))], "beside")
-    assert not is_nominal_supported(beside, free, None)
+    side = smooth(POINTS[: int(np.argmax(is_running))], "beside")
+    assert not is_nominal_supported(side, free, None)
     assert is_nominal_supported(free, free, None)
 
 

@@ -509,27 +509,30 @@ def test_20_the_numbers_of_the_docstring_are_those_of_the_atlas():
     pytest.importorskip("fecontact.features.fleet")
     study = module("20_atlas")
     docstring = " ".join(study.__doc__.split())
-    for part in study.PARTS:
-        counts = study.count_letters(part)
-        letters = [*"HFO", "R" if part == "first" else "N"]
+    for series in study.SERIES:
+        counts = study.count_letters(series)
+        letters = [*"HFO", "R" if series == "first" else "N"]
         holds, fails, unresolved, climbs = (100.0 * counts[letter] / counts.total() for letter in letters)
         assert (
             f"Hertz holds in {holds:.0f} % of the positions, fails in {fails:.0f} % and is unresolved in"
             f" {unresolved:.1f} %; in {climbs:.0f} % the flange climbs"
         ) in docstring
         assert counts.total() == sum(counts[letter] for letter in letters)
-        positions = study.sample(part)
+        positions = study.sample(series)
         decided = [p for p in positions if {p.verdict, p.fe_verdict} <= {"HOLDS", "FAILS"}]
         assert {p.verdict == p.fe_verdict for p in decided} == {True}
         assert f"agree in all {len(decided)} positions that both decide" in docstring
         sure = [p for p in positions if p.stratum.startswith("surely") and math.isfinite(p.fe_p_max_percent)]
         close = sum(abs(p.p_max_percent - p.fe_p_max_percent) <= 0.5 for p in sure)
         assert f"within 0.5 % of the deviation by elements in {close} of {len(sure)} positions" in docstring
-        assert f"By the sample Hertz holds in {study.format_interval(study.share(part))}" in docstring
+        assert f"By the sample Hertz holds in {study.format_interval(study.share(series))}" in docstring
     sample = study.sample("more")
-    named = [p for p in sample if p.cheapest_theory in study.THEORY_LETTERS and p.fe_theory_verdict]
+    judged_positions = [p for p in sample if p.cheapest_theory in study.THEORY_LETTERS and p.fe_theory_verdict]
     assert len(sample) == sum(fleet.draws for fleet in study.MORE_FLEETS.values())
-    assert f"{sum(p.fe_theory_verdict == 'HOLDS' for p in named)} of {len(named)} drawn positions" in docstring
+    assert (
+        f"{sum(p.fe_theory_verdict == 'HOLDS' for p in judged_positions)} of {len(judged_positions)} drawn positions"
+        in docstring
+    )
     theories = study.count_theories()
     assert f"Of {theories.total()} contacts at which Hertz is not known to hold" in docstring
     for name in ("analyn", "equivalent_ellipse", "kpec", "multi_hertz", "stripes"):

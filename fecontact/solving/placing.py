@@ -284,7 +284,10 @@ def _refuse_unused_readings(case: Case, rail: Profile | None, wheel: Profile | N
 def _refuse_unused_options(
     kind: ProfileKind, this_side: tuple[str, Reading], opposite_side: tuple[str | None, Reading | None]
 ) -> None:
-    """Refuse options that no file of their side uses; without options, the other side has those of this side."""
+    """Refuse options that no file of their side uses.
+
+    The other side has the options of this side unless it has options too.
+    """
     (spec, reading), (opposite_spec, opposite_reading) = this_side, opposite_side
     if opposite_spec is None or opposite_reading is None:
         refuse_unused_reading(kind, filter(None, (spec, opposite_spec)), reading)

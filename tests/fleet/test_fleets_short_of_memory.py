@@ -89,13 +89,15 @@ def test_a_refused_file_stays_a_refused_file(path, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("failing", "beginning", "part"),
+    ("failing", "beginning", "ending"),
     [
         (("S1002", "EN13715_1in40"), "the screen decided nothing: 2 of 2 pairs were not screened, for want of", ""),
         (("S1002",), "2 positions of 2 pairs", "; 1 of 2 pairs was not screened, for want of memory"),
     ],
 )
-def test_pairs_that_the_machine_could_not_screen_are_not_an_answer(path, monkeypatch, capsys, failing, beginning, part):
+def test_pairs_that_the_machine_could_not_screen_are_not_an_answer(
+    path, monkeypatch, capsys, failing, beginning, ending
+):
     """Headline, rows and report name the shortage and its remedy; the next run decides."""
     rows, remedy = ScreeningPair.rows, "free memory or disk space, or use fewer --workers, and run the same command"
 
@@ -110,12 +112,12 @@ def test_pairs_that_the_machine_could_not_screen_are_not_an_answer(path, monkeyp
         assert call(["fleet", "run", str(path), "--out", str(out)]) == 3
     record = read_json(out / "fleet.json")
     assert record["headline"].startswith(beginning)
-    assert part in record["headline"]
+    assert ending in record["headline"]
     assert remedy in record["headline"]
     assert record["headline"] in capsys.readouterr().out
-    assert ("REFUSED in" in record["headline"]) == bool(part)
+    assert ("REFUSED in" in record["headline"]) == bool(ending)
     headline = write_headline(evaluate_fleet(out))
-    assert (headline.startswith("The screen decided nothing: 2 of 2 pairs"), remedy in headline) == (not part, True)
+    assert (headline.startswith("The screen decided nothing: 2 of 2 pairs"), remedy in headline) == (not ending, True)
     for part_file in (out / "screen").iterdir():
         for row in read_parquet(part_file).to_pylist():
             is_failing = row["wheel"] in failing

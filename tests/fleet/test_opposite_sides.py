@@ -202,25 +202,25 @@ def test_the_file_of_the_other_side_is_read_with_the_options_of_its_row(tmp_path
 
 
 def test_rows_that_name_each_other_are_read_with_their_own_options(tmp_path, profiles):
-    """Files of the other side of the track, in m and by other columns, give the rows of plain files."""
-    plain, other = tmp_path / "plain", tmp_path / "other"
+    """Mirrored points, and points in m with exchanged columns, give equal rows."""
+    plain, changed = tmp_path / "plain", tmp_path / "changed"
     write_fleet_file(plain, AXLE, TRACK, shifts=(3,), profiles=profiles)
     write_fleet_file(
-        other,
+        changed,
         'file,name,opposite_wheel,units,columns\nwheel.csv,left,right,,\nother_wheel.csv,right,left,m,"2,1"\n',
         "file,name,opposite_rail,mirror\nrail.csv,left,right,\nother_rail.csv,right,left,yes\n",
         shifts=(3,),
         profiles=profiles,
     )
     for name, change in (("other_wheel", lambda y, z: (1e-3 * z, 1e-3 * y)), ("other_rail", lambda y, z: (-y, z))):
-        points = np.loadtxt(other / f"{name}.csv", delimiter=",", skiprows=1)
+        points = np.loadtxt(changed / f"{name}.csv", delimiter=",", skiprows=1)
         rows = [change(*point) for point in points]
-        (other / f"{name}.csv").write_text("".join(f"{first:.12f},{second:.12f}\n" for first, second in rows))
-    for folder in (plain, other):
+        (changed / f"{name}.csv").write_text("".join(f"{first:.12f},{second:.12f}\n" for first, second in rows))
+    for folder in (plain, changed):
         fecontact.run_fleet(folder / "fleet.toml", folder / "out")
-    screened = fecontact.open_fleet(other / "out")
+    screened = fecontact.open_fleet(changed / "out")
     assert len(read_rows(plain / "out")) == 4
-    for row, plain_row in zip(read_rows(other / "out"), read_rows(plain / "out"), strict=True):
+    for row, plain_row in zip(read_rows(changed / "out"), read_rows(plain / "out"), strict=True):
         assert (row.wheel, row.rail, row.verdict) == (plain_row.wheel, plain_row.rail, plain_row.verdict)
         # mirrored points are smoothed from the other end
         assert row.place_y_mm == pytest.approx(plain_row.place_y_mm, abs=1e-3)

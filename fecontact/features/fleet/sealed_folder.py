@@ -71,7 +71,9 @@ def describe_rerun(folder: Path) -> str:
 
 
 def describe_unscreened(unscreened: int, pairs: int) -> str:
-    """Words on pairs that were not screened for a reason that is not in their files, with the remedy.
+    """Words on pairs that were not screened, with the remedy.
+
+    The reason is a lack of memory, disk space or workers, and not in the files.
 
     Parameters
     ----------
