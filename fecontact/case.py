@@ -56,6 +56,7 @@ _NODES_OF_MORE_ELEMENTS = 48
 REFINED_UNKNOWNS = 400_000
 """Unknowns of the largest meshes of a refinement, about 40 CPU seconds and 3.4 GB; equal on every machine."""
 
+_FILES = ("rail_file", "wheel_file")
 INCLINATION_1_40 = math.atan(1.0 / 40.0)
 # default of a number that `Case.__post_init__` fills in, so that every case has it
 _FILLED_IN: Any = None
@@ -108,6 +109,9 @@ class Opposite:
         Rolling radius of the other wheel, in mm.
     wheel_load_N
         Vertical load of the other wheel, in N.
+    rail_file, wheel_file
+        Options for the files `rail` and `wheel` of the other side; None for the options of the case. Only Python and
+        fleets have them.
 
     Examples
     --------
@@ -126,6 +130,20 @@ class Opposite:
     wheel_load_N: float | None = _load(
         None, f"Wheel load {_OTHER}", label="opposite load", key="load_kN", group="standing"
     )
+    rail_file: Reading | None = None
+    wheel_file: Reading | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse options of a file that is not given."""
+        for name, body in zip(_FILES, ("rail", "wheel"), strict=True):
+            reading = getattr(self, name)
+            if reading is not None and not isinstance(reading, Reading):
+                raise InputError(f"{name} of the other side is {reading!r}; allowed: None, or a Reading(...)")
+            if reading is not None and getattr(self, body) is None:
+                raise InputError(
+                    f"{name} of the other side is given without its {body}; give the file as {body}, or leave out"
+                    f" {name}"
+                )
 
     @property
     def is_mirror_image(self) -> bool:
@@ -496,7 +514,6 @@ def _refuse_conflicting_roll(name: str, value: str, kind: Roll, roll: Roll | Non
         raise InputError(f"{name} is {value}, but the roll is {roll!r}; leave out the {name}, or give roll = {kind!r}")
 
 
-_FILES = ("rail_file", "wheel_file")
 _IRREGULAR = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 INPUTS = list_input_places(Case())
 _SHOWN = tuple(("", name) for name in ("rail", "wheel", "lateral_shift_mm", "load_N"))
@@ -587,6 +604,8 @@ def make_case_record(case: Case) -> dict[str, Any]:
         if name in _IRREGULAR and not value:
             continue
         record[name] = value
+        if name == "opposite":
+            record[name] = {key: inner for key, inner in value.items() if key not in _FILES or inner is not None}
         if name == "resolution":
             is_named = isinstance(value, str)
             record[name], record["element_size_mm"] = (value, None) if is_named else (None, list(value))
@@ -622,6 +641,9 @@ def read_case_record(record: Mapping[str, Any]) -> Case:
         if sizes is not None:
             along_x, across = sizes
             inputs["resolution"] = (float(along_x), float(across))
+        if isinstance(opposite := inputs.get("opposite"), Mapping):
+            readings = {name: Reading(**opposite[name]) for name in _FILES if opposite.get(name) is not None}
+            inputs["opposite"] = {**opposite, **readings}
         for name in PARTS.keys() & inputs:
             inputs[name] = PARTS[name](**inputs[name])
         for name in _IRREGULAR[:2]:

@@ -95,7 +95,7 @@ def remove_unfinished(folder: Path, names: Collection[str] | None = None) -> Non
             path.unlink(missing_ok=True)
 
 
-def find_different_files(contents: Iterable[tuple[Path, str]]) -> list[Path]:
+def _find_different_files(contents: Iterable[tuple[Path, str]]) -> list[Path]:
     """Existing objects that differ from the files that will be written at their paths.
 
     A file with the same content is not overwritten if it is written again, so that an interrupted command can resume.
@@ -111,6 +111,28 @@ def find_different_files(contents: Iterable[tuple[Path, str]]) -> list[Path]:
         Files with different content, and links, folders, pipes and devices.
     """
     return [path for path, text in contents if os.path.lexists(path) and not _has_content(path, text.encode("utf-8"))]
+
+
+def refuse_different_files(contents: Iterable[tuple[Path, str]], command: str, remedy: str) -> None:
+    """Refuse to overwrite files with different content.
+
+    Parameters
+    ----------
+    contents
+        Path and text of each file.
+    command
+        Words for the command that would overwrite the files.
+    remedy
+        End of the message.
+
+    Raises
+    ------
+    InputError
+        With the first three files that have different content.
+    """
+    if different_files := [str(path) for path in _find_different_files(contents)]:
+        further = f" and {len(different_files) - 3} more" * (len(different_files) > 3)
+        raise InputError(f"{command} would overwrite {', '.join(different_files[:3])}{further}; {remedy}")
 
 
 def _has_content(path: Path, content: bytes) -> bool:

@@ -108,6 +108,7 @@ def made_fleet(folder: Path, wheels: int = 12, rails: int = 10, *, seed: int = 1
                             "hertz_p_max_MPa": 1400.0 - 60.0 * observed + 2.0 * load,
                             "verdict": "REFUSED" if refused else verdict,
                             "margin": None if refused else observed,
+                            "variants": None if refused else 1.0,
                             "cause": "curvature changes in the patch" if verdict == "FAILS" and not refused else None,
                             "cheapest_theory": None
                             if refused

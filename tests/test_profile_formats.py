@@ -510,6 +510,26 @@ def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, cap
         assert float(worn - new.height(y)) == pytest.approx(float(side * WEAR_MM * np.cos(angle)), abs=0.01)
 
 
+def test_the_example_pair_does_not_overwrite_files_with_different_content(tmp_path, capsys):
+    command = ["profiles", "--examples", str(tmp_path)]
+    (tmp_path / "wheel.csv").write_text("y,z\n0,0\n", "utf-8")
+    assert call(command) == 2
+    assert capsys.readouterr().err == (
+        f"error: profiles --examples would overwrite {tmp_path / 'wheel.csv'}; give another folder, or --force\n"
+    )
+    # nothing is written
+    assert [path.name for path in tmp_path.iterdir()] == ["wheel.csv"]
+    assert (tmp_path / "wheel.csv").read_text("utf-8") == "y,z\n0,0\n"
+    assert call([*command, "--force"]) == 0
+    contents = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    assert sorted(contents) == ["rail.csv", "wheel.csv"]
+    # equal files are written again
+    assert call(command) == 0
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == contents
+    assert call(["profiles", "60E1", "--force"]) == 2
+    assert "--force is given without --examples" in capsys.readouterr().err
+
+
 # --- The rolling radius in the header of a wheel's file.
 
 OF_HEADER_MM = 0.5 * 719.1924

@@ -3,6 +3,7 @@
 import importlib.util
 import json
 import math
+import tomllib
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -14,10 +15,14 @@ import pytest
 from inline import inline_crew, study_by
 from pictures import draw_nothing
 
+from fecontact.bodies import Track
+from fecontact.case import Case
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.errors import CoverageError
+from fecontact.inputs.texts import parse_inclination
 from fecontact.judging.measures import MEASURES, UNCERTAINTIES
 from fecontact.judging.uncertainty import MESH_RATIO
+from fecontact.profiles.library import find_group, list_names, load_library_profile, toml_text
 from fecontact.profiles.resolve import resolve_rail
 from fecontact.regression.compare import compare_tables
 from fecontact.regression.tables import load_table
@@ -490,12 +495,107 @@ def test_20_the_atlas_says_what_finite_elements_say_of_the_usual_pair():
     assert study.holds_up_to_kN("OHHHH") == 0.0
 
 
-def test_20_the_table_of_the_readme_is_that_of_the_atlas():
+def test_20_the_tables_of_the_readme_are_those_of_the_atlas():
     pytest.importorskip("fecontact.features.fleet")
-    rows = module("20_atlas").table(100.0).splitlines()[2:]
+    study = module("20_atlas")
+    rows, more_rows = (table(100.0).splitlines()[2:] for table in (study.table, study.more_table))
     text = (STUDIES / "README.md").read_text("utf-8")
-    assert len(rows) == 18
-    assert [row for row in rows if row not in text] == []
+    assert (len(rows), len(more_rows)) == (18, 26)
+    assert [row for row in [*rows, *more_rows] if row not in text] == []
+
+
+def test_20_the_numbers_of_the_docstring_are_those_of_the_atlas():
+    """Shares of the letters, and the comparison of the sample with the screen."""
+    pytest.importorskip("fecontact.features.fleet")
+    study = module("20_atlas")
+    docstring = " ".join(study.__doc__.split())
+    for series in study.SERIES:
+        counts = study.count_letters(series)
+        letters = [*"HFO", "R" if series == "first" else "N"]
+        holds, fails, unresolved, climbs = (100.0 * counts[letter] / counts.total() for letter in letters)
+        assert (
+            f"Hertz holds in {holds:.0f} % of the positions, fails in {fails:.0f} % and is unresolved in"
+            f" {unresolved:.1f} %; in {climbs:.0f} % the flange climbs"
+        ) in docstring
+        assert counts.total() == sum(counts[letter] for letter in letters)
+        positions = study.sample(series)
+        decided = [p for p in positions if {p.verdict, p.fe_verdict} <= {"HOLDS", "FAILS"}]
+        assert {p.verdict == p.fe_verdict for p in decided} == {True}
+        assert f"agree in all {len(decided)} positions that both decide" in docstring
+        sure = [p for p in positions if p.stratum.startswith("surely") and math.isfinite(p.fe_p_max_percent)]
+        close = sum(abs(p.p_max_percent - p.fe_p_max_percent) <= 0.5 for p in sure)
+        assert f"within 0.5 % of the deviation by elements in {close} of {len(sure)} positions" in docstring
+        assert f"By the sample Hertz holds in {study.format_interval(study.share(series))}" in docstring
+    sample = study.sample("more")
+    judged_positions = [p for p in sample if p.cheapest_theory in study.THEORY_LETTERS and p.fe_theory_verdict]
+    assert len(sample) == sum(fleet.draws for fleet in study.MORE_FLEETS.values())
+    assert (
+        f"{sum(p.fe_theory_verdict == 'HOLDS' for p in judged_positions)} of {len(judged_positions)} drawn positions"
+        in docstring
+    )
+    theories = study.count_theories()
+    assert f"Of {theories.total()} contacts at which Hertz is not known to hold" in docstring
+    for name in ("analyn", "equivalent_ellipse", "kpec", "multi_hertz", "stripes"):
+        assert f"`{name}` in {theories[name]}" in docstring
+    assert not theories["kik_piotrowski"]
+    assert f"at the other {theories['strip']} it is the strip method itself" in docstring
+
+
+def test_20_theories_of_the_atlas_are_named_only_inside_their_range_and_where_they_hold():
+    """The strip method again, at a position of each letter."""
+    screened_position = pytest.importorskip("fecontact.features.fleet.screened_position")
+    study = module("20_atlas")
+    verdicts, theories = study.atlas("more"), study.atlas("more", "theory at")
+    # where the wheel has no contact there is no theory, and elsewhere there is one
+    for pair, letters_by_shift in verdicts.items():
+        for shift, letters in letters_by_shift.items():
+            no_contact = [letter in study.NOT_PLACED for letter in letters]
+            assert [letter == study.NO_THEORY for letter in theories[pair][shift]] == no_contact
+            assert len(letters) == len(study.LOADS_KN)
+    fleets = {pair: fleet for fleet in study.MORE_FLEETS.values() for pair in fleet.pairs}
+    assert len(fleets) == len(verdicts) == 58
+    places = {
+        theories[pair][shift][k]: (pair, shift, study.LOADS_KN[k])
+        for pair in verdicts
+        for shift in theories[pair]
+        for k in range(len(study.LOADS_KN))
+    }
+    names = {letter: name for name, letter in study.THEORY_LETTERS.items()}
+    for letter in places.keys() - {study.NO_THEORY}:
+        (wheel, slope, rail), shift, load = places[letter]
+        fleet = fleets[wheel, slope, rail]
+        case = Case(
+            wheel=wheel,
+            rail=rail,
+            inclination_rad=parse_inclination(study.INCLINATIONS[slope]),
+            track=Track(back_to_back_mm=fleet.back_to_back_mm),
+            lateral_shift_mm=shift,
+            load_N=1e3 * load,
+        )
+        variant = screened_position.screen_variant(case, place_case(case), "strip")
+        row = screened_position.make_position_row({"": variant})
+        assert row["cheapest_theory"] == names[letter]
+        contact = variant.contact if letter == "T" else screened_position.fast_theory(names[letter])(variant.loaded)
+        assert contact.status != "out of range", (letter, places[letter])
+        assert study.LETTERS[row["verdict"]] == verdicts[wheel, slope, rail][shift][study.LOADS_KN.index(load)]
+
+
+def test_20_rails_of_the_library_without_rows_have_the_head_of_a_rail_with_rows():
+    """Radii and slopes of the heads are equal, junctions within 1 um; treads are equal beyond the flank."""
+    pytest.importorskip("fecontact.features.fleet")
+    study = module("20_atlas")
+    for name, other_name in study.EQUAL_HEADS.items():
+        assert other_name in (*study.RAILS, *study.MORE_RAILS)
+        head, other_head = (tomllib.loads(toml_text(rail))["head"] for rail in (name, other_name))
+        assert (head["radii"], head["side_one_in"]) == (other_head["radii"], other_head["side_one_in"])
+        assert head["half_widths"] == pytest.approx(other_head["half_widths"], abs=1e-3)
+    european = {name for name in list_names("rail") if find_group(name).startswith("EN 13674-1")}
+    assert european == {*study.RAILS, *study.MORE_RAILS, *study.EQUAL_HEADS}
+    y = np.linspace(-38.0, 60.0, 500)
+    for wheel in study.WHEELS:
+        for height in ("h29", "h30", "h32"):
+            treads = [load_library_profile(name).height(y) for name in (wheel, f"{wheel}_{height}")]
+            assert np.abs(treads[0] - treads[1]).max() < 1e-6, (wheel, height)
 
 
 def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():

@@ -296,6 +296,7 @@ def profiles(
     write: Path | None = None,
     library: Path | None = None,
     examples: Path | None = None,
+    force: bool = False,
     json: bool = False,
 ) -> int:
     """List the profile library, or show a profile and plot it with its curvature.
@@ -315,6 +316,8 @@ def profiles(
         Folder of your profiles.
     examples
         Folder for two example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv.
+    force
+        Let --examples overwrite existing files that have different content.
     json
         Print the list, or the profile, as JSON and nothing else.
     """
@@ -340,8 +343,10 @@ def profiles(
     if examples is not None:
         from fecontact.profiles.examples import write_examples
 
-        print("\n".join(f"written: {quote_path(path)}" for path in write_examples(examples)))
+        print("\n".join(f"written: {quote_path(path)}" for path in write_examples(examples, force=force)))
         return 0
+    if force:
+        raise InputError("--force is given without --examples, where it has no effect; give --examples FOLDER")
     if name is None:
         print_answer(library_record(library), library_lines, json=json)
         return 0

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.files import write_text
+from fecontact.files import refuse_different_files, write_text
 from fecontact.profiles.library import load_library_profile
 
 WEAR_MM, NOISE_MM, STEP_MM = 0.4, 0.008, 0.25
@@ -80,7 +80,7 @@ def format_points(points: Floats, remark: str) -> str:
     return f"# {remark}\ny [mm],z [mm]\n" + "".join(f"{y:.4f},{z:.4f}\n" for y, z in points)
 
 
-def write_examples(folder: Path) -> list[Path]:
+def write_examples(folder: Path, *, force: bool = False) -> list[Path]:
     """Write the example pair, `rail.csv` and `wheel.csv`, into a folder.
 
     Every call writes equal files.
@@ -89,18 +89,25 @@ def write_examples(folder: Path) -> list[Path]:
     ----------
     folder
         Folder.
+    force
+        Whether existing files with these names and different content are overwritten.
 
     Returns
     -------
     list of Path
         Paths of the files.
+
+    Raises
+    ------
+    InputError
+        If a file with different content exists already; then nothing is written.
     """
-    return [
-        write_text(
-            folder / f"{body}.csv",
-            format_points(
-                make_measured_points(name), f"{name} with wear and noise, made by fecontact profiles --examples"
-            ),
+    contents = {
+        folder / f"{body}.csv": format_points(
+            make_measured_points(name), f"{name} with wear and noise, made by fecontact profiles --examples"
         )
         for body, name in (("rail", "60E1"), ("wheel", "S1002"))
-    ]
+    }
+    if not force:
+        refuse_different_files(contents.items(), "profiles --examples", "give another folder, or --force")
+    return [write_text(path, text) for path, text in contents.items()]

@@ -31,8 +31,9 @@ def choose_nominal(
     """Choose the nominal profile that the points support best.
 
     Profiles without support are dropped one by one, because the points that all remaining profiles cover increase with
-    each. Of the profiles that cannot be told apart, those are preferred that cover the points. Of these, the profile is
-    chosen with the best score on the running part, where contacts are.
+    each. Of profiles that have no point in common, the profile that covers the least is dropped. Of the profiles that
+    cannot be told apart, those are preferred that cover the points. Of these, the profile is chosen with the best score
+    on the running part, where contacts are.
 
     Parameters
     ----------
@@ -48,7 +49,13 @@ def choose_nominal(
     """
     remaining = list(smoothings)
     while True:
-        lacks = _compare(remaining, reduce(np.intersect1d, map(_label_points, remaining)), noise_mm)
+        labels = reduce(np.intersect1d, map(_label_points, remaining))
+        if not labels.size:
+            # profiles without a common point cannot be compared
+            covered_mm = [_measure_covered_mm(smoothing) for smoothing in remaining]
+            del remaining[covered_mm.index(min(covered_mm))]
+            continue
+        lacks = _compare(remaining, labels, noise_mm)
         if max(lacks) <= NO_SUPPORT:
             break
         del remaining[lacks.index(max(lacks))]
@@ -56,7 +63,9 @@ def choose_nominal(
     longest_mm = max(map(_measure_covered_mm, remaining))
     covering = [smoothing for smoothing in remaining if _measure_covered_mm(smoothing) > longest_mm - PRACTICE_MM[0]]
     running_labels = [_label_points(smoothing)[select_running_part(smoothing.held)] for smoothing in covering]
-    lacks = _compare(covering, reduce(np.intersect1d, running_labels), noise_mm)
+    common_running_labels = reduce(np.intersect1d, running_labels)
+    # without a common point on the running part, all common points count
+    lacks = _compare(covering, common_running_labels if common_running_labels.size else labels, noise_mm)
     chosen = next(smoothing for smoothing, lack in zip(covering, lacks, strict=True) if lack <= _EQUAL_SUPPORT)
     return chosen, tuple(smoothing.nominal for smoothing in remaining if smoothing is not chosen)
 
@@ -76,10 +85,12 @@ def is_nominal_supported(nominal: SmoothingResult, free: SmoothingResult, noise_
     Returns
     -------
     bool
-        Answer.
+        Answer; False if the nominal profile covers no point of the running part.
     """
     is_running = select_running_part(free.held)
     common = np.intersect1d(_label_points(free)[is_running], _label_points(nominal))
+    if not common.size:
+        return False
     return _rate(nominal, common, noise_mm) <= _rate(free, common, noise_mm)
 
 

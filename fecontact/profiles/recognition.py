@@ -225,7 +225,11 @@ def _measure_field_side_loss_mm(feet: FootPoints) -> float | None:
     level = max(-_SIDE_DEPTH_MM, *(float(z[side].min(initial=0.0)) for side in sides))
     if level > -_LEAST_SIDE_DEPTH_MM:
         return None
-    gauge, field = (np.quantile(-feet.off_mm[side & (z >= level)], _SIDE_QUANTILE) for side in sides)
+    losses_mm = [-feet.off_mm[side & (z >= level)] for side in sides]
+    # a side whose points are all below the lowest point of the other side
+    if not all(side_losses_mm.size for side_losses_mm in losses_mm):
+        return None
+    gauge, field = (np.quantile(side_losses_mm, _SIDE_QUANTILE) for side_losses_mm in losses_mm)
     return float(field - gauge)
 
 

@@ -348,7 +348,7 @@ def fit_deviation(
     noise
         Standard deviation of the noise (mm); None if unknown.
     rated
-        Points (n,) that count for the score; None for the running part.
+        Points (n,) that count for the score, at least one; None for the running part.
 
     Returns
     -------

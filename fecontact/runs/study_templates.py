@@ -6,8 +6,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from fecontact.case import INPUTS
-from fecontact.errors import InputError
-from fecontact.files import find_different_files, write_text
+from fecontact.files import refuse_different_files, write_text
 from fecontact.inputs.templates import fill_python_template, fill_toml_template
 
 # Template of each file, and the function that fills it with the defaults of a case.
@@ -40,6 +39,5 @@ def write_templates(folder: Path) -> tuple[Path, ...]:
         folder / name: fill_template((templates / file).read_text("utf-8"), INPUTS)
         for name, (file, fill_template) in _TEMPLATES.items()
     }
-    if different_files := find_different_files(contents.items()):
-        raise InputError(f"init would overwrite {', '.join(map(str, different_files))}; give another folder")
+    refuse_different_files(contents.items(), "init", "give another folder")
     return tuple(write_text(path, text) for path, text in contents.items())

@@ -21,7 +21,7 @@ from fecontact.placement.wheelset import (
     place_wheelset_at_shifts,
 )
 from fecontact.profiles.curve import Profile, ProfileKind
-from fecontact.profiles.reading import CIRCLE_PREFIX, can_form_wheelset, has_no_gauge_face
+from fecontact.profiles.reading import CIRCLE_PREFIX, Reading, can_form_wheelset, has_no_gauge_face
 from fecontact.profiles.resolve import (
     gauge_note,
     radius_note,
@@ -274,10 +274,26 @@ def _refuse_unused_readings(case: Case, rail: Profile | None, wheel: Profile | N
 
     Given profiles are not read.
     """
+    opposite = case.opposite
     if rail is None:
-        refuse_unused_reading("rail", filter(None, (case.rail, case.opposite.rail)), case.rail_file)
+        _refuse_unused_options("rail", (case.rail, case.rail_file), (opposite.rail, opposite.rail_file))
     if wheel is None:
-        refuse_unused_reading("wheel", filter(None, (case.wheel, case.opposite.wheel)), case.wheel_file)
+        _refuse_unused_options("wheel", (case.wheel, case.wheel_file), (opposite.wheel, opposite.wheel_file))
+
+
+def _refuse_unused_options(
+    kind: ProfileKind, this_side: tuple[str, Reading], opposite_side: tuple[str | None, Reading | None]
+) -> None:
+    """Refuse options that no file of their side uses.
+
+    The other side has the options of this side unless it has options too.
+    """
+    (spec, reading), (opposite_spec, opposite_reading) = this_side, opposite_side
+    if opposite_spec is None or opposite_reading is None:
+        refuse_unused_reading(kind, filter(None, (spec, opposite_spec)), reading)
+        return
+    refuse_unused_reading(kind, (spec,), reading)
+    refuse_unused_reading(kind, (opposite_spec,), opposite_reading)
 
 
 def _make_pair(case: Case, side: Opposite, rail_profile: Profile | None, wheel_profile: Profile | None) -> Pair:
@@ -287,11 +303,12 @@ def _make_pair(case: Case, side: Opposite, rail_profile: Profile | None, wheel_p
     wheel.
     """
     rail_spec, wheel_spec = side.rail or case.rail, side.wheel or case.wheel
-    resolved_wheel = resolve_wheel(wheel_spec, case.wheel_file)
+    rail_reading, wheel_reading = side.rail_file or case.rail_file, side.wheel_file or case.wheel_file
+    resolved_wheel = resolve_wheel(wheel_spec, wheel_reading)
     text_radius_mm = resolved_wheel.rolling_radius_mm or (radius_of_file_mm(side.wheel) if side.wheel else None)
     radius_mm = side.rolling_radius_mm or text_radius_mm or case.rolling_radius_mm
     return set_up_pair(
-        rail_profile or _add_gauge_note(resolve_rail(rail_spec, case.rail_file), rail_spec, case),
+        rail_profile or _add_gauge_note(resolve_rail(rail_spec, rail_reading), rail_spec, case),
         wheel_profile or _add_radius_note(resolved_wheel.profile, wheel_spec, radius_mm),
         inclination_rad=_inclination_rad(case, rail_spec),
         rolling_radius_mm=float(radius_mm),

@@ -280,7 +280,7 @@ def test_a_table_with_new_checksums_is_checked_against_its_declaration(fleet, sa
 @pytest.mark.parametrize(
     ("name", "column"),
     [
-        *((PART, column) for column in ("wheel", "shift_mm", "weight", "verdict", "margin", "cause")),
+        *((PART, column) for column in ("wheel", "shift_mm", "weight", "verdict", "margin", "variants", "cause")),
         *((PROFILES, column) for column in ("body", "name", "file", "status", "nominal")),
         *((SAMPLE, column) for column in ("rail", "draw", "seed", "fe_verdict", "stratum")),
     ],
@@ -291,7 +291,7 @@ def test_a_table_without_a_column_is_refused(fleet, sampled, name, column):
     pyarrow.parquet.write_table(pyarrow.parquet.read_table(path).drop_columns([column]), path)
     renew_checksums(fleet.folder)
     for use in (lambda: evaluate_fleet(fleet.folder), lambda: draw_sample(fleet.folder, 12)):
-        with pytest.raises(InputError, match=rf"{path.name}: the column {column} is missing; .* fecontact fleet"):
+        with pytest.raises(InputError, match=rf"{path.name}: the column {column} is missing \(an ear.*; .* fecontact"):
             use()
 
 

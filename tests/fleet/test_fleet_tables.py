@@ -83,7 +83,7 @@ def run_without_contacts(monkeypatch):
     """Run of a fleet that reads its files, with a stored row for each position."""
 
     def make_rows(self):
-        row = {"verdict": "HOLDS", "margin": 3.0, "lines": 1.0}
+        row = {"verdict": "HOLDS", "margin": 3.0, "variants": 1.0}
         return [{"shift_mm": shift, "load_kN": load, **row} for shift, load in self.positions]
 
     monkeypatch.setattr(screening.ScreeningPair, "rows", make_rows)

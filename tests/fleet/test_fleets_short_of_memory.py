@@ -15,7 +15,9 @@ from fecontact.errors import InputError, MemoryShortageError
 from fecontact.features.fleet import packages, reading
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.report import write_headline
+from fecontact.features.fleet.screening import ScreeningPair
 from fecontact.features.fleet.tables import read_parquet
+from fecontact.files import read_json
 from fecontact.jobs import workers
 from fecontact.jobs.store import replace_folder
 from fecontact.jobs.workers import Job, JobOutcome, WorkersLost
@@ -84,6 +86,47 @@ def test_a_refused_file_stays_a_refused_file(path, tmp_path):
     path.write_text(FLEET.replace("EN13715_1in40", "bad.csv"), "utf-8")
     screening = run(path)
     assert (list(screening.refused), screening.unread) == (["wheel bad"], {})
+
+
+@pytest.mark.parametrize(
+    ("failing", "beginning", "ending"),
+    [
+        (("S1002", "EN13715_1in40"), "the screen decided nothing: 2 of 2 pairs were not screened, for want of", ""),
+        (("S1002",), "2 positions of 2 pairs", "; 1 of 2 pairs was not screened, for want of memory"),
+    ],
+)
+def test_pairs_that_the_machine_could_not_screen_are_not_an_answer(
+    path, monkeypatch, capsys, failing, beginning, ending
+):
+    """Headline, rows and report name the shortage and its remedy; the next run decides."""
+    rows, remedy = ScreeningPair.rows, "free memory or disk space, or use fewer --workers, and run the same command"
+
+    def fail(self):
+        if self.wheel.spec in failing:
+            raise MemoryError
+        return rows(self)
+
+    monkeypatch.setattr(ScreeningPair, "rows", fail)
+    out = path.with_name("out")
+    with stand_ins(inline_crew(), None, ""):
+        assert call(["fleet", "run", str(path), "--out", str(out)]) == 3
+    record = read_json(out / "fleet.json")
+    assert record["headline"].startswith(beginning)
+    assert ending in record["headline"]
+    assert remedy in record["headline"]
+    assert record["headline"] in capsys.readouterr().out
+    assert ("REFUSED in" in record["headline"]) == bool(ending)
+    headline = write_headline(evaluate_fleet(out))
+    assert (headline.startswith("The screen decided nothing: 2 of 2 pairs"), remedy in headline) == (not ending, True)
+    for part_file in (out / "screen").iterdir():
+        for row in read_parquet(part_file).to_pylist():
+            is_failing = row["wheel"] in failing
+            assert (row["verdict"] == "REFUSED", remedy in (row["remedy"] or "")) == (is_failing, is_failing)
+    monkeypatch.undo()
+    screening = run(path)
+    assert (screening.unscreened, screening.failed) == (0, {})
+    assert "not screened" not in screening.headline
+    assert "not screened" not in write_headline(evaluate_fleet(out))
 
 
 def test_a_file_that_changes_while_it_is_refused_is_not_refused_for_good(path, tmp_path, monkeypatch):

@@ -1,5 +1,6 @@
 """Fleets with unlike wheels or rails on both sides of the track."""
 
+import json
 from dataclasses import replace
 
 import duckdb
@@ -8,12 +9,13 @@ import pytest
 from inline import inline_crew, stand_ins
 
 import fecontact
-from fecontact.case import Case, Opposite
+from fecontact.case import Case, Opposite, make_case_record, read_case_record
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.features.fleet.screened_position import make_position_row, screen_variant
 from fecontact.inputs.texts import parse_inclination
 from fecontact.profiles.examples import format_points, make_worn_points, write_examples
+from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
 from fecontact.solving.profile_variants import join_reference_labels, label_reference, list_profile_variants
@@ -119,7 +121,11 @@ def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, i
         mirror_point = place_case(replace(case, opposite=Opposite())).first
         assert abs(row.contact_angle_mrad - 1e3 * float(mirror_point.contact_angle_rad)) > 1e-3
         single = make_single_row(case)
-        assert (row.verdict, row.measure, row.lines) == (single["verdict"], single["measure"], single["lines"])
+        assert (row.verdict, row.measure, row.variants) == (
+            single["verdict"],
+            single["measure"],
+            single["variants"],
+        )
         for name in ("hertz_p_max_MPa", "screen_p_max_MPa"):
             assert row[name] == pytest.approx(single[name], rel=1e-9), name
 
@@ -139,7 +145,7 @@ def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
     assert len(rows["left"]) == 8
     for key, row in rows["left"].items():
         mirrored = rows["right"][key]
-        assert (row.verdict, row.lines) == (mirrored.verdict, mirrored.lines)
+        assert (row.verdict, row.variants) == (mirrored.verdict, mirrored.variants)
         for name in NUMBERS:
             assert row[name] == pytest.approx(mirrored[name], rel=1e-9, abs=1e-9), (key, name)
     # each wheel has its own contact: both sides differ
@@ -194,6 +200,79 @@ def test_the_file_of_the_other_side_is_read_with_the_options_of_its_row(tmp_path
     case = fecontact.open_fleet(tmp_path / "m_out").case("exact", "60E1", 0.0, 80.0)
     assert case.wheel_file.units == "m"
     assert float(place_case(case).first.rail_y_mm) == pytest.approx(rows_m[0].place_y_mm, abs=1e-9)
+
+
+def test_rows_that_name_each_other_are_read_with_their_own_options(tmp_path, profiles):
+    """Mirrored points, and points in m with exchanged columns, give equal rows."""
+    plain, changed = tmp_path / "plain", tmp_path / "changed"
+    write_fleet_file(plain, AXLE, TRACK, shifts=(3,), profiles=profiles)
+    write_fleet_file(
+        changed,
+        'file,name,opposite_wheel,units,columns\nwheel.csv,left,right,,\nother_wheel.csv,right,left,m,"2,1"\n',
+        "file,name,opposite_rail,mirror\nrail.csv,left,right,\nother_rail.csv,right,left,yes\n",
+        shifts=(3,),
+        profiles=profiles,
+    )
+    for name, change in (("other_wheel", lambda y, z: (1e-3 * z, 1e-3 * y)), ("other_rail", lambda y, z: (-y, z))):
+        points = np.loadtxt(changed / f"{name}.csv", delimiter=",", skiprows=1)
+        rows = [change(*point) for point in points]
+        (changed / f"{name}.csv").write_text("".join(f"{first:.12f},{second:.12f}\n" for first, second in rows))
+    for folder in (plain, changed):
+        fecontact.run_fleet(folder / "fleet.toml", folder / "out")
+    screened = fecontact.open_fleet(changed / "out")
+    assert len(read_rows(plain / "out")) == 4
+    for row, plain_row in zip(read_rows(changed / "out"), read_rows(plain / "out"), strict=True):
+        assert (row.wheel, row.rail, row.verdict) == (plain_row.wheel, plain_row.rail, plain_row.verdict)
+        # mirrored points are smoothed from the other end
+        assert row.place_y_mm == pytest.approx(plain_row.place_y_mm, abs=1e-3)
+        # the case of the position reads each side in its way, also from its record
+        case = screened.case(row.wheel, row.rail, row.shift_mm, row.load_kN)
+        assert read_case_record(json.loads(json.dumps(make_case_record(case)))) == case
+        assert (case.wheel_file.units, case.opposite.wheel_file.units) == {
+            "left": (None, "m"),
+            "right": ("m", None),
+        }[row.wheel]
+        assert (case.rail_file.mirror, case.opposite.rail_file.mirror) == {
+            "left": (None, True),
+            "right": (True, None),
+        }[row.rail]
+        assert float(place_case(case).first.rail_y_mm) == pytest.approx(row.place_y_mm, abs=1e-9)
+
+
+def test_a_path_that_needs_options_becomes_a_row(tmp_path):
+    """The remedy of the refusal works, and does not change the population."""
+    folder = tmp_path / "fleet"
+    folder.mkdir()
+    write_points(folder / "w.csv", "S1002", 0.3)
+    write_points(folder / "other.csv", "S1002", 0.45, 1e-3)
+    path = write_fleet_file(folder, "file,opposite_wheel\nS1002,S1002\nw.csv,other.csv\n", "file\n60E1\n")
+    screening = fecontact.run_fleet(path, tmp_path / "out")
+    message = screening.refused["wheel w"]
+    assert "its opposite wheel" in message
+    assert "give it a row of its own with them, and name that row in opposite_wheel (weight = 0 leaves" in message
+    (folder / "wheels.csv").write_text(
+        "file,name,opposite_wheel,units,weight\nw.csv,w,other,,1\nother.csv,other,,m,0\n"
+    )
+    screening = fecontact.run_fleet(path, tmp_path / "out")
+    assert (screening.refused, screening.unread) == ({}, {})
+    weights = {row.wheel: row.weight for row in read_rows(tmp_path / "out")}
+    assert weights == {"w": 1.0, "other": 0.0}
+    case = fecontact.open_fleet(tmp_path / "out").case("w", "60E1", 0.0, 80.0)
+    assert (case.wheel_file.units, case.opposite.wheel_file.units) == (None, "m")
+
+
+def test_options_of_the_other_side_need_its_file():
+    for name in ("rail", "wheel"):
+        with pytest.raises(InputError, match=rf"{name}_file of the other side is given without its {name}; give"):
+            Opposite(**{f"{name}_file": Reading()})
+        with pytest.raises(InputError, match=r"allowed: None, or a Reading"):
+            Opposite(**{name: "S1002", f"{name}_file": "mirror"})
+    # an exact profile does not use options
+    case = Case(opposite=Opposite(wheel="S1002_h30", wheel_file=Reading(units="m")))
+    with pytest.raises(InputError, match=r"units of the wheel file is 'm', but 'S1002_h30' is an exact profile"):
+        place_case(case)
+    # a case without such options has the record of the time before them
+    assert make_case_record(Case())["opposite"] == dict.fromkeys(("rail", "wheel", "rolling_radius_mm", "wheel_load_N"))
 
 
 @pytest.mark.parametrize("by_row", [True, False])
@@ -259,6 +338,7 @@ def test_a_row_whose_other_side_cannot_be_used_is_refused(tmp_path, capsys):
         ("file,Opposite_Wheel\nS1002,S1002\n", "file\n60E1\n", "Rename it to opposite_wheel"),
         ("file\nS1002\n", "file,other_rail\n60E1,60E1\n", "rename it to opposite_rail"),
         ("file,opposite_rolling_radius_mm\nS1002,459\n", "file\n60E1\n", "name this row in opposite_wheel"),
+        ("file\nS1002\n", "file,opposite_mirror\n60E1,yes\n", "the other rail has the mirror of its row: name this"),
         (
             "file,opposite_wheel\na/w.csv,w\nb/w.csv,w\n",
             "file\n60E1\n",

@@ -107,14 +107,14 @@ def test_a_row_a_position_with_weights_that_sum_to_one(fleet):
     by_verdict = rows.groupby("verdict")["weight"].sum().to_dict()
     assert by_verdict == pytest.approx(dict(fleet[1].verdicts))
     # exact lines are one, points allow the lines of both filters
-    lines = rows.groupby(["wheel", "rail"])["lines"].first().to_dict()
+    lines = rows.groupby(["wheel", "rail"])["variants"].first().to_dict()
     assert lines.pop(("S1002", "60E1")) == 1
     assert min(lines.values()) >= 7
-    assert set(rows.loc[rows["lines"] > 1, "verdict"]) <= {"HOLDS", "FAILS", "OPEN"}
+    assert set(rows.loc[rows["variants"] > 1, "verdict"]) <= {"HOLDS", "FAILS", "OPEN"}
     assert set(rows["open_because"].dropna()) <= {"filter", "nominal profile", "noise", "accuracy of the screen"}
     assert list(rows["open_because"].isna()) == [verdict != "OPEN" for verdict in rows["verdict"]]
     for row in rows.itertuples():
-        assert (row.verdict == "HOLDS") == (row.variants_holding == row.lines)
+        assert (row.verdict == "HOLDS") == (row.variants_holding == row.variants)
 
 
 def test_positions_of_a_table_have_the_rows_of_shifts_and_loads(fleet, tmp_path):
@@ -416,7 +416,7 @@ def test_lines_that_do_not_agree_leave_a_position_open():
     assert [row[column] for column in FILTER_COLUMNS] == [None] * 3
     # a variant without a contact leaves the position open
     row = make_position_row({middle: line, long: None})
-    assert (row["verdict"], row["open_because"], row["variants_holding"], row["lines"]) == ("OPEN", "filter", 1, 2)
+    assert (row["verdict"], row["open_because"], row["variants_holding"], row["variants"]) == ("OPEN", "filter", 1, 2)
 
 
 def test_theories_outside_their_range_are_named_if_the_criteria_say_so(monkeypatch):
@@ -461,7 +461,7 @@ def test_a_sample_has_the_variants_of_its_screen(fleet):
     for row in rows.itertuples():
         case = opened.case(row.wheel, row.rail, 3.0, 60.0)
         variants = judge_case_variants(case, place_case(case))
-        assert row.lines == (1 if variants is None else len(variants.all))
+        assert row.variants == (1 if variants is None else len(variants.all))
 
 
 def test_shares_of_open_positions_are_sums_of_weights(fleet):
@@ -469,7 +469,7 @@ def test_shares_of_open_positions_are_sums_of_weights(fleet):
     expected = rows.groupby("open_because")["weight"].sum().to_dict()
     assert {row["value"]: row["share"] for row in answer.open_causes} == pytest.approx(expected)
     # the noise asks for longer filters than the usual ones: what a declared filter would give is not known
-    assert rows.loc[rows["lines"] > 1, [*FILTER_COLUMNS]].isna().all(axis=None)
+    assert rows.loc[rows["variants"] > 1, [*FILTER_COLUMNS]].isna().all(axis=None)
     assert answer.filters == []
 
 

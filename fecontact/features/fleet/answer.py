@@ -544,7 +544,7 @@ def _query_shares_by_filter(tables: DuckDBPyConnection) -> list[Record]:
 
     The verdict is unknown for profiles whose noise asks for a longer filter.
     """
-    counts = ", ".join(f"count({column}) FILTER (lines > 1) AS {column}" for column in FILTER_COLUMNS)
+    counts = ", ".join(f"count({column}) FILTER (variants > 1) AS {column}" for column in FILTER_COLUMNS)
     (counts_by_column,) = query_rows(tables, f"SELECT {counts} FROM screen")
     if not all(counts_by_column.values()):
         return []
@@ -555,7 +555,7 @@ def _query_shares_by_filter(tables: DuckDBPyConnection) -> list[Record]:
             tables,
             f"SELECT {length}::DOUBLE AS filter_mm, {_SHARES_SQL},"
             " sum(weight) FILTER (verdict = 'UNKNOWN') / sum(weight) AS unknown FROM (SELECT weight,"
-            f" CASE WHEN {column} IS NULL AND lines > 1 AND verdict <> '{REFUSED}' THEN 'UNKNOWN'"
+            f" CASE WHEN {column} IS NULL AND variants > 1 AND verdict <> '{REFUSED}' THEN 'UNKNOWN'"
             f" ELSE coalesce({column}, verdict) END AS verdict FROM screen)",
         )
     ]

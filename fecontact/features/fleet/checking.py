@@ -37,6 +37,7 @@ from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
     OPPOSITE_FILE,
     OPPOSITE_HASH,
+    OPPOSITE_OPTIONS,
     OPPOSITE_RADIUS,
     READ,
     REFUSED,
@@ -258,23 +259,27 @@ class ScreenedFleet:
         profile_inputs: dict[str, Any] = {}
         case_values: dict[str, Any] = {}
         opposite_specs: dict[Body, str] = {}
+        opposite_readings: dict[Body, Reading] = {}
         opposite_radius_mm: float | None = None
         for body, profile_name in zip(BODIES, (wheel, rail), strict=True):
             row = self._rows[body, profile_name]
             self._refuse_changed_file(row["file"], row["content_hash"])
             candidate = Candidate(body=body, name=profile_name, spec=row["file"], known=_select_known(row))
-            specs = [candidate.spec]
+            specs, reading = [candidate.spec], select_reading(self.fleet, candidate)
             if opposite_spec := row.get(OPPOSITE_FILE):
                 self._refuse_changed_file(opposite_spec, row[OPPOSITE_HASH])
                 opposite_specs[body] = opposite_spec
-                specs.append(opposite_spec)
-            profile_inputs |= {
-                body: row["file"],
-                f"{body}_file": _join_used_options(specs, select_reading(self.fleet, candidate)),
-            }
+                opposite = replace(candidate, spec=opposite_spec, known=_select_opposite_known(row))
+                opposite_reading = select_reading(self.fleet, opposite)
+                if opposite_reading == reading:
+                    specs.append(opposite_spec)
+                else:
+                    opposite_readings[body] = select_used_options(opposite_spec, opposite_reading)
+            profile_inputs |= {body: row["file"], f"{body}_file": _join_used_options(specs, reading)}
             case_values |= select_case_values(row)
             opposite_radius_mm = row.get(OPPOSITE_RADIUS) if body == "wheel" else opposite_radius_mm
-        case = set_opposite(set_case_values(self.fleet.case, case_values), opposite_specs, opposite_radius_mm)
+        case = set_case_values(self.fleet.case, case_values)
+        case = set_opposite(case, opposite_specs, opposite_radius_mm, opposite_readings)
         return replace(case, **profile_inputs, lateral_shift_mm=shift_mm, load_N=1e3 * load_kN)
 
     @property
@@ -337,6 +342,14 @@ def _join_used_options(specs: Sequence[str], reading: Reading) -> Reading:
 def _select_known(row: Row) -> dict[str, Any]:
     """Values of a row that determine how its file is read."""
     return {**select_reading_values(row), ACCEPTED_COLUMN: row.get(ACCEPTED_COLUMN)}
+
+
+def _select_opposite_known(row: Row) -> dict[str, Any]:
+    """Values that determine how the file of the other side is read."""
+    if not row.keys() >= OPPOSITE_OPTIONS.keys():
+        # earlier versions allowed only equal options of both sides
+        return _select_known(row)
+    return {name: row[column] for column, name in OPPOSITE_OPTIONS.items()}
 
 
 def open_fleet(out: str | Path) -> ScreenedFleet:

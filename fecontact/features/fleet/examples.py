@@ -14,10 +14,9 @@ import numpy as np
 from fecontact.case import INPUTS
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import FleetSettings
-from fecontact.files import find_different_files, remove_unfinished, write_text
+from fecontact.files import refuse_different_files, remove_unfinished, write_text
 from fecontact.inputs.slots import list_input_places
 from fecontact.inputs.templates import fill_toml_template
-from fecontact.inputs.texts import count_text
 from fecontact.profiles.examples import format_points, make_worn_points
 
 _WHEELS, _RAILS = ("S1002", "EN13715_1in40"), ("60E1", "54E1", "60E2")
@@ -86,11 +85,7 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
 def _refuse_different_files(folder: Path, wheels: int, rails: int, seed: int) -> None:
     """Raise InputError if a file of the example exists already with different content."""
     contents = ((folder / name, text) for name, text in _make_files(wheels, rails, seed))
-    if different_files := [str(path) for path in find_different_files(contents)]:
-        further = f" and {count_text(len(different_files) - 3, 'further file')}" * (len(different_files) > 3)
-        raise InputError(
-            f"the example would overwrite {', '.join(different_files[:3])}{further}; give another folder, or --force"
-        )
+    refuse_different_files(contents, "the example", "give another folder, or --force")
 
 
 def _remove_unfinished(folder: Path, wheels: int, rails: int) -> None:

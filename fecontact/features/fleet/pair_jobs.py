@@ -20,7 +20,7 @@ from fecontact.features.fleet.profile_files import ReadProfile, find_opposite_ra
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
-from fecontact.features.fleet.sealed_folder import PAIR_JOBS, SCREEN, list_own_parts
+from fecontact.features.fleet.sealed_folder import PAIR_JOBS, SCREEN, SYSTEM_REMEDY, list_own_parts
 from fecontact.features.fleet.table_columns import (
     READ,
     SUSPICIOUS,
@@ -34,7 +34,8 @@ from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parque
 from fecontact.files import remove_unfinished, write_atomically
 from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import OpenRun
-from fecontact.jobs.workers import WorkersLost
+from fecontact.jobs.workers import JobOutcome, WorkersLost
+from fecontact.placement.problems import PositionProblem
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
 from fecontact.runs.identity import digest_json
@@ -188,7 +189,7 @@ def _list_pair_jobs(
 
 def screen_pairs(
     fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], out: Path, open_run: OpenRun
-) -> dict[Pair, str]:
+) -> dict[Pair, JobOutcome]:
     """Screen the pairs that are not screened yet.
 
     Parameters
@@ -207,12 +208,12 @@ def screen_pairs(
     Returns
     -------
     dict
-        Reason of each pair that failed.
+        Outcome of each pair that failed, with its reason.
     """
     jobs = list(_list_pair_jobs(fleet, profiles, _sort_into_tiles(pairs)))
     labels = {job_id: f"{wheel} on {rail}" for (wheel, rail), job_id, _ in jobs}
     outcomes = run_fleet_jobs({job_id: work for _, job_id, work in jobs}, labels, out / PAIR_JOBS, None, open_run)
-    return {pair: failure for pair, job_id, _ in jobs if (failure := outcomes[job_id].failure) is not None}
+    return {pair: outcomes[job_id] for pair, job_id, _ in jobs if outcomes[job_id].failure is not None}
 
 
 def _sort_into_tiles(pairs: Iterable[Pair]) -> list[Pair]:
@@ -229,7 +230,11 @@ def _sort_into_tiles(pairs: Iterable[Pair]) -> list[Pair]:
 
 
 def write_screen(
-    fleet: Fleet, profiles: Sequence[ReadProfile], pairs: Mapping[Pair, float], failed: Mapping[Pair, str], out: Path
+    fleet: Fleet,
+    profiles: Sequence[ReadProfile],
+    pairs: Mapping[Pair, float],
+    failed: Mapping[Pair, JobOutcome],
+    out: Path,
 ) -> dict[str, float]:
     """Write a file for each wheel with the rows, names and weights of its pairs.
 
@@ -242,7 +247,7 @@ def write_screen(
     pairs
         Weights by names of wheel and rail.
     failed
-        Reason of each pair that failed.
+        Outcome of each pair that failed.
     out
         Folder of the results; files of an earlier run are deleted.
 
@@ -266,10 +271,8 @@ def write_screen(
         tables = []
         for pair, job_id, _work in wheel_jobs:
             if pair in failed:
-                rows = [
-                    {"shift_mm": s, "load_kN": load, **make_refusal_columns(failed[pair])}
-                    for s, load in fleet.positions
-                ]
+                columns = make_refusal_columns(_explain_failure(failed[pair]))
+                rows = [{"shift_mm": shift, "load_kN": load, **columns} for shift, load in fleet.positions]
                 table = lib.Table.from_pylist(rows, schema=make_schema())
             else:
                 table = _read_pair_rows(out / PAIR_JOBS / job_id, len(fleet.positions))
@@ -286,6 +289,14 @@ def write_screen(
     for name in earlier_parts - written:
         (out / SCREEN / name).unlink()
     return verdict_weights
+
+
+def _explain_failure(outcome: JobOutcome) -> PositionProblem:
+    """Reason why a pair has no rows, with the remedy."""
+    problem = PositionProblem.explain(outcome.failure or "")
+    if not outcome.is_system_failure:
+        return problem
+    return PositionProblem(problem, problem.kind, remedy=SYSTEM_REMEDY)
 
 
 def _read_pair_rows(folder: Path, positions: int) -> Any:

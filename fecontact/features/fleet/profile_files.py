@@ -16,17 +16,17 @@ from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.quality_gate import is_left_out, judge_profile
 from fecontact.features.fleet.reading import ReadingProfile, StoredProfile, read_record
 from fecontact.features.fleet.screening_rows import Row
-from fecontact.features.fleet.sealed_folder import PROFILE_JOBS
+from fecontact.features.fleet.sealed_folder import PROFILE_JOBS, SYSTEM_REMEDY
 from fecontact.features.fleet.table_columns import (
     ACCEPTED_COLUMN,
     INCLINATION_COLUMN,
     OPPOSITE_FILE,
     OPPOSITE_HASH,
     OPPOSITE_INPUTS,
+    OPPOSITE_OPTIONS,
     OPPOSITE_RADIUS,
     RADIUS_COLUMN,
     READ,
-    READING_COLUMNS,
     REFUSED,
     TRACK_COLUMNS,
     UNREAD,
@@ -104,6 +104,7 @@ class ReadProfile:
                 OPPOSITE_FILE: opposite.spec,
                 OPPOSITE_HASH: opposite.content_hash,
                 OPPOSITE_RADIUS: find_opposite_radius_mm(candidate),
+                **{column: opposite.known.get(name) for column, name in OPPOSITE_OPTIONS.items()},
             }
         return {**columns, **candidate.known, **candidate.metadata}
 
@@ -205,10 +206,9 @@ def mark_unusable(fleet: Fleet, one: Candidate) -> Candidate:
 
 
 def _refuse_different_opposite(fleet: Fleet, candidate: Candidate) -> None:
-    """Refuse a row that names a row with different inputs of both sides.
+    """Refuse a row that names a row with a different inclination or track.
 
-    They are options of reading, the inclination and the track. A case has one set of options for the files of both
-    sides, one rail inclination and one track.
+    A case has one rail inclination and one track for both sides.
 
     Raises
     ------
@@ -221,16 +221,14 @@ def _refuse_different_opposite(fleet: Fleet, candidate: Candidate) -> None:
     case, opposite_case = (
         set_case_values(fleet.case, select_case_values(profile.known)) for profile in (candidate, opposite)
     )
-    reading, opposite_reading = select_reading(fleet, candidate), select_reading(fleet, opposite)
     different = [
-        *(name for name in READING_COLUMNS if getattr(reading, name) != getattr(opposite_reading, name)),
         *[INCLINATION_COLUMN] * (case.inclination_rad != opposite_case.inclination_rad),
         *(name for name in TRACK_COLUMNS if getattr(case.track, name) != getattr(opposite_case.track, name)),
     ]
     if different:
         raise InputError(
             f"{OPPOSITE_INPUTS[candidate.body]} is the row {opposite.name!r} with different values of"
-            f" {', '.join(different)}; give both rows equal values"
+            f" {', '.join(different)}, which both sides of a case share; give both rows equal values"
         )
 
 
@@ -453,11 +451,18 @@ def _join_opposite(profile: ReadProfile, opposite: ReadProfile) -> ReadProfile:
     if opposite.record["status"] == READ:
         return replace(profile, stored_opposite=opposite.stored)
     body, reason = profile.candidate.body, read_refusal_reason(opposite)
+    remedy = opposite.record.get("remedy", "")
+    if not opposite.candidate.has_row and opposite.record["status"] != UNREAD:
+        remedy += (
+            f"{remedy and '; '}the file was read with the options of this row: if it needs different options, give it"
+            f" a row of its own with them, and name that row in {OPPOSITE_INPUTS[body]} (weight = 0 leaves that row out"
+            " of the answer)"
+        )
     record = {
         **profile.record,
         "status": UNREAD if opposite.record["status"] == UNREAD else REFUSED,
         "reason": f"its opposite {body} {opposite.candidate.spec} cannot be used: {reason}",
-        "remedy": opposite.record.get("remedy", ""),
+        "remedy": remedy,
     }
     return replace(profile, record=record, stored=None)
 
@@ -481,8 +486,8 @@ def _collect_profile(
     if outcome is None or work is None:
         return _refuse_candidate(candidate)
     if outcome.failure is not None and outcome.is_system_failure:
-        remedy = "free memory or disk space, or use fewer --workers, and run the same command again"
-        return ReadProfile(candidate=candidate, record={"status": UNREAD, "reason": outcome.failure, "remedy": remedy})
+        record = {"status": UNREAD, "reason": outcome.failure, "remedy": SYSTEM_REMEDY}
+        return ReadProfile(candidate=candidate, record=record)
     if outcome.failure is not None:
         return ReadProfile(
             candidate=candidate,

@@ -16,7 +16,13 @@ from fecontact.errors import FecontactError
 from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share, count_needed_draws
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
-from fecontact.features.fleet.sealed_folder import ANSWER, REPORT_FOLDER, refuse_links, write_answer_record
+from fecontact.features.fleet.sealed_folder import (
+    ANSWER,
+    REPORT_FOLDER,
+    describe_unscreened,
+    refuse_links,
+    write_answer_record,
+)
 from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
@@ -127,6 +133,10 @@ def write_headline(answer: FleetAnswer) -> str:
         not contacts, and share of unreadable files.
     """
     population, screen = answer.whole, answer.whole.screen
+    unscreened, pairs = (answer.about.get(name, 0) for name in ("unscreened_pairs", "pairs"))
+    if unscreened == pairs != 0 and not population.drawn:
+        text = describe_unscreened(unscreened, pairs)
+        return f"{text[0].upper()}{text[1:]}"
     refused_files = sum(row["files"] for row in answer.files if row["status"] not in (READ, SUSPICIOUS))
     suspicious_files = sum(row["files"] for row in answer.files if row["status"] == SUSPICIOUS)
     files = (
@@ -137,6 +147,8 @@ def write_headline(answer: FleetAnswer) -> str:
             f"; {count_text(suspicious_files, 'suspicious file')} and"
             f" {format_percent(answer.about.get('suspicious_share', 0.0))} % of the pairs, by weight, are left out"
         )
+    if unscreened:
+        files += f"; {describe_unscreened(unscreened, pairs)}"
     if population.no_contact:
         files = (
             f"in {format_percent(population.no_contact)} % of all positions the wheel cannot stand on the rail: they"

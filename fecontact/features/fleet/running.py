@@ -30,6 +30,7 @@ from fecontact.features.fleet.sealed_folder import (
     PAIR_JOBS,
     PROFILE_JOBS,
     PROFILES,
+    describe_unscreened,
     list_own_parts,
     prepare_for_fleet,
     remove_outdated_report,
@@ -64,6 +65,8 @@ class FleetScreening:
         Number of pairs that were finished before.
     failed
         Reasons why pairs have no rows, by the names of wheel and rail.
+    unscreened
+        Number of the failed pairs that failed for want of memory, disk space or workers.
     notes
         Assumptions of readers, by body and name.
     unread
@@ -84,6 +87,7 @@ class FleetScreening:
     refused: Mapping[str, str]
     reused: int
     failed: Mapping[Pair, str] = field(default_factory=dict)
+    unscreened: int = 0
     notes: Mapping[str, Sequence[str]] = field(default_factory=dict)
     unread: Mapping[str, str] = field(default_factory=dict)
     removed_report: bool = False
@@ -93,6 +97,9 @@ class FleetScreening:
     @property
     def headline(self) -> str:
         """Answer of the screening in a sentence."""
+        unscreened_text = describe_unscreened(self.unscreened, self.pairs) if self.unscreened else ""
+        if self.unscreened == self.pairs:
+            return unscreened_text
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
         missing = len(self.refused) + len(self.unread)
         refused_text = f"; {missing} of {count_text(self.profiles, 'file')} could not be read" if missing else ""
@@ -103,7 +110,7 @@ class FleetScreening:
             )
         return (
             f"{count_text(self.positions, 'position')} of {count_text(self.pairs, 'pair')}, by"
-            f" weight: {verdicts_text} (screen){refused_text}"
+            f" weight: {verdicts_text} (screen){refused_text}{unscreened_text and '; '}{unscreened_text}"
         )
 
 
@@ -203,7 +210,8 @@ def run_fleet(
             suspicious=list_reasons(profiles, SUSPICIOUS),
             suspicious_share=find_suspicious_share(definition, profiles),
             reused=len(pair_run.reused) - reused_files,
-            failed=failed,
+            failed={pair: str(outcome.failure) for pair, outcome in failed.items()},
+            unscreened=sum(outcome.is_system_failure for outcome in failed.values()),
             notes={
                 f"{profile.candidate.body} {profile.candidate.name}": profile.notes
                 for profile in profiles
@@ -231,6 +239,7 @@ def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str
         "positions_mm_kN_weight": [[*position, weight] for position, weight in fleet.positions.items()],
         "pairs": screened.pairs,
         "positions": screened.positions,
+        "unscreened_pairs": screened.unscreened,
         "files": screened.profiles,
         "refused_files": dict(screened.refused),
         "unread_files": dict(screened.unread),

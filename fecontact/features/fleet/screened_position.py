@@ -199,7 +199,7 @@ def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
         ),
         "margin": _compute_margin(reference.loaded.case, deviations, uncertainties),
         "variants_holding": [*answers.values()].count("HOLDS"),
-        "lines": len(variants),
+        "variants": len(variants),
         "cause": None if verdict == "HOLDS" else _find_cause(verdict, [*answers.values()], reference),
         "open_because": _describe_open_cause(answers) if verdict == "UNRESOLVED" else None,
         **{column: _answer_with_filter(answers, length) for column, length in FILTER_COLUMNS.items()},

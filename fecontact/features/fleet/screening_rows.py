@@ -30,7 +30,7 @@ _PLACE_COLUMNS = (
 NUMBERS = (
     *("shift_mm", "load_kN", *_PLACE_COLUMNS),
     *(f"{name}_{what}" for name in MEASURE_COLUMNS.values() for what in ("percent", "uncertainty_percent")),
-    *("margin", "variants_holding", "lines"),
+    *("margin", "variants_holding", "variants"),
 )
 FILTER_COLUMNS = {
     f"filter_{length:.2g}_mm".replace(".", "_"): length

@@ -26,7 +26,7 @@ from fecontact.files import (
     write_sealed,
 )
 from fecontact.inputs.kinds import to_float
-from fecontact.inputs.texts import quote_path
+from fecontact.inputs.texts import count_text, quote_path
 from fecontact.jobs.store import LOCK, find_damage, lock_folder
 from fecontact.outputs.study_report import REPORT_FILE
 from fecontact.runs.folder import prepare_folder
@@ -37,6 +37,8 @@ PROFILES, SCREEN = "profiles.parquet", "screen"
 SAMPLE, SAMPLE_RECORD = "sample.parquet", "sample.json"
 ANSWER, ANSWER_RECORD = "answer.csv", "answer.json"
 REPORT_FOLDER, SAMPLE_FOLDER = "report", "sample"
+SYSTEM_REMEDY = "free memory or disk space, or use fewer --workers, and run the same command again"
+"""Remedy for a lack of memory, disk space or workers."""
 PROFILE_JOBS, PAIR_JOBS = "profiles", "pairs"
 """Folders of the finished files and pairs."""
 _FOLDERS = (SCREEN, PROFILE_JOBS, PAIR_JOBS, REPORT_FOLDER, SAMPLE_FOLDER)
@@ -66,6 +68,36 @@ def describe_rerun(folder: Path) -> str:
     """
     command = f"fecontact fleet run FLEET.toml --out {quote_path(folder)}"
     return f"run the same command again: {command} (finished jobs are kept)"
+
+
+def describe_unscreened(unscreened: int, pairs: int) -> str:
+    """Words on pairs that were not screened, with the remedy.
+
+    The reason is a lack of memory, disk space or workers, and not in the files.
+
+    Parameters
+    ----------
+    unscreened
+        Number of these pairs, at least 1.
+    pairs
+        Number of all pairs.
+
+    Returns
+    -------
+    str
+        Words for a headline; they start with "the screen decided nothing" if no pair was screened.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.sealed_folder import describe_unscreened
+    >>> print(describe_unscreened(1, 3).partition(";")[0])
+    1 of 3 pairs was not screened, for want of memory, disk space or workers, and is REFUSED
+    """
+    count = f"{unscreened} of {count_text(pairs, 'pair')} {'was' if unscreened == 1 else 'were'} not screened"
+    result = f"and {'is' if unscreened == 1 else 'are'} REFUSED"
+    if unscreened == pairs:
+        count, result = f"the screen decided nothing: {count}", "which the files did not cause"
+    return f"{count}, for want of memory, disk space or workers, {result}; {SYSTEM_REMEDY}"
 
 
 def describe_redraw(folder: Path, draws: int | None = None) -> str:
@@ -324,7 +356,11 @@ def _find_wrong_entry(record: Mapping[str, Any]) -> str:
     if record.get("theory") not in get_args(ScreeningTheory):
         return f"theory is {record.get('theory')!r:.80}; allowed: {', '.join(get_args(ScreeningTheory))}"
     share = to_float(record.get("suspicious_share", 0.0))
-    return "" if share is not None and 0.0 <= share <= 1.0 else "suspicious_share is not a number from 0 to 1"
+    if share is None or not 0.0 <= share <= 1.0:
+        return "suspicious_share is not a number from 0 to 1"
+    unscreened, pairs = (record.get(name, 0) for name in ("unscreened_pairs", "pairs"))
+    is_count = all(isinstance(number, int) for number in (unscreened, pairs))
+    return "" if is_count and 0 <= unscreened <= pairs else "unscreened_pairs is not a whole number from 0 to pairs"
 
 
 def _read_samples(path: Path, remedy: str) -> list[dict[str, Any]]:

@@ -89,7 +89,7 @@ def _find_wrong_column(schema: Any, columns: Mapping[str, StoredColumn]) -> str:
     if repeated := next((name for name, count in counts.items() if count > 1), ""):
         return f"more than one column has the name {repeated}, apart from upper case"
     if missing := next((name for name, column in columns.items() if column.required and name not in schema.names), ""):
-        return f"the column {missing} is missing"
+        return f"the column {missing} is missing (an earlier version wrote the table, or it was changed)"
     types = import_arrow("types")
     for column_field in schema:
         declared = columns.get(column_field.name)

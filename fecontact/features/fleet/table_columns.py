@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal
 
 from fecontact.bodies import Track
@@ -41,8 +42,8 @@ METADATA_PREFIX = "user_"
 OPPOSITE_INPUTS: Mapping[Body, str] = {"wheel": "opposite_wheel", "rail": "opposite_rail"}
 """Column of the profile of the other side, by body."""
 OPPOSITE_FILE, OPPOSITE_HASH, OPPOSITE_RADIUS = "opposite_file", "opposite_content_hash", "opposite_rolling_radius_mm"
-OPPOSITE_COLUMNS: Mapping[str, ColumnKind] = {OPPOSITE_FILE: "text", OPPOSITE_HASH: "text", OPPOSITE_RADIUS: "number"}
-"""Columns of `profiles.parquet` for a profile that has a profile of the other side."""
+OPPOSITE_OPTIONS = {f"opposite_{name}": name for name in (*READING_COLUMNS, ACCEPTED_COLUMN)}
+"""Columns of `profiles.parquet` with the options of the profile of the other side, and the options."""
 _WHEEL_COLUMNS = ("tape_circle_mm", "tape_circle_z_mm", RADIUS_COLUMN, "back_to_back_mm", OPPOSITE_INPUTS["wheel"])
 _RAIL_COLUMNS = (INCLINATION_COLUMN, "gauge_mm", OPPOSITE_INPUTS["rail"])
 _SIMILAR_TO_OPPOSITE = ("opposite", "other_wheel", "other_rail")
@@ -147,8 +148,11 @@ def make_profile_layout(body: Body) -> TableLayout:
             **dict.fromkeys(
                 _SIMILAR_TO_OPPOSITE, f"rename it to {OPPOSITE_INPUTS[body]} to give the other {body}, or remove it"
             ),
-            OPPOSITE_RADIUS: "the other wheel has the rolling_radius_mm of its row: name this row in opposite_wheel,"
-            " and remove the column",
+            **{
+                column: f"the other {body} has the {name} of its row: name this row in {OPPOSITE_INPUTS[body]}, and"
+                " remove the column"
+                for column, name in {OPPOSITE_RADIUS: RADIUS_COLUMN, **OPPOSITE_OPTIONS}.items()
+            },
         },
         remarks=_REMARKS,
     )
@@ -170,6 +174,11 @@ def list_input_kinds() -> dict[str, ColumnKind]:
     }
 
 
+OPPOSITE_COLUMNS: Mapping[str, ColumnKind] = {
+    **{OPPOSITE_FILE: "text", OPPOSITE_HASH: "text", OPPOSITE_RADIUS: "number"},
+    **{column: list_input_kinds()[name] for column, name in OPPOSITE_OPTIONS.items()},
+}
+"""Columns of `profiles.parquet` for a profile that has a profile of the other side."""
 PAIR_LAYOUT = TableLayout(
     inputs=list_descriptions(_PairColumns), required=("wheel", "rail"), most_rows=MOST_PAIRS, remarks=_REMARKS
 )
@@ -247,7 +256,12 @@ def select_reading_values(values: Mapping[str, Any]) -> dict[str, Any]:
     return {name: value for name in READING_COLUMNS if (value := values.get(name)) is not None}
 
 
-def set_opposite(case: Case, specs: Mapping[Body, str], radius_mm: float | None) -> Case:
+def set_opposite(
+    case: Case,
+    specs: Mapping[Body, str],
+    radius_mm: float | None,
+    readings: Mapping[Body, Reading] = MappingProxyType({}),
+) -> Case:
     """Case with given profiles of the other side.
 
     Parameters
@@ -258,6 +272,8 @@ def set_opposite(case: Case, specs: Mapping[Body, str], radius_mm: float | None)
         Files or names of the library, by body; a missing body keeps the profile of the case.
     radius_mm
         Rolling radius of the other wheel in mm; None for the radius of the case.
+    readings
+        Options of the files by body, if they differ from the options of the case.
 
     Returns
     -------
@@ -265,6 +281,7 @@ def set_opposite(case: Case, specs: Mapping[Body, str], radius_mm: float | None)
         The case with these profiles.
     """
     changes: dict[str, Any] = {str(body): spec for body, spec in specs.items()}
+    changes |= {f"{body}_file": reading for body, reading in readings.items()}
     if radius_mm is not None:
         changes["rolling_radius_mm"] = radius_mm
     return replace(case, opposite=replace(case.opposite, **changes)) if changes else case

@@ -63,6 +63,8 @@ SCREEN_COLUMNS: Mapping[str, StoredColumn] = {
     **_KEY_COLUMNS,
     "verdict": StoredColumn(kind="text", required=True, filled=True, choices=VERDICTS),
     "margin": StoredColumn(kind="number", required=True),
+    # tables of earlier versions have this number under a different name
+    "variants": StoredColumn(kind="number", required=True),
     "cause": StoredColumn(kind="text", required=True),
     "cheapest_theory": StoredColumn(kind="text", required=True, choices=(*THEORIES, "OPEN")),
     "open_because": _TEXT,
