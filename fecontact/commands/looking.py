@@ -313,7 +313,8 @@ def profiles(
     library
         Folder of your profiles.
     examples
-        Folder for two example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv.
+        Folder for example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv, and the
+        wheel as a MiniProf file, wheel.whl.
     json
         Print the list, or the profile, as JSON and nothing else.
     """
@@ -338,9 +339,10 @@ def profiles(
     if out is not None:
         require_ending(out, PICTURE_ENDINGS, "picture")
     if examples is not None:
-        from fecontact.profiles.examples import write_examples
+        from fecontact.profiles.examples import write_examples, write_wheel_example
 
-        print("\n".join(f"written: {quote_path(path)}" for path in write_examples(examples)))
+        written_files = [*write_examples(examples), write_wheel_example(examples)]
+        print("\n".join(f"written: {quote_path(path)}" for path in written_files))
         return 0
     if name is None:
         print_answer(library_record(library), library_lines, json=json)
