@@ -238,15 +238,16 @@ def settings_lines(code: VehicleCode, settings: PositionSettings) -> OutputLines
 def _lines_on_other_theory(code: VehicleCode, settings: PositionSettings) -> Iterator[str]:
     """Iterate over the lines on the cheapest theory that holds and that the code has.
 
-    There are none for a position that was not solved, and for a code that has the cheapest theory that holds.
+    There are none for a position that was not solved, for a code that has the cheapest theory that holds, and for
+    Hertz, whose numbers follow.
     """
-    if not settings.holding or (settings.theory is not None and code.has_theory(settings.theory)):
+    if not settings.holding or settings.theory == HERTZ or code.has_theory(settings.theory or ""):
         return
     theory = next((name for name in settings.holding if code.has_theory(name)), None)
     if theory is None:
-        yield f"No theory that holds here was found in public documentation of {code.name}: look into your manual."
+        yield f"No theory that holds here was found in public documentation of {code.name}."
         return
-    yield f"The cheapest theory that holds here and that {code.name} has by public documentation:"
+    yield f"If your {code.name} does not have it, this is the cheapest theory that holds here and was found there:"
     yield from statement_lines(code, theory)
 
 
