@@ -344,7 +344,18 @@ def test_a_solved_case_has_the_setting_of_the_cheapest_theory(elliptic_quick):
     for answer in ("none", "UNRESOLVED"):
         unknown = settings_of_result(case, {**record, "cheapest_theory": answer})
         assert texts("CONTACT", unknown) == ["Settings in CONTACT:", unknown.note]
-        assert "No theory is known to hold here" in unknown.note
+        assert unknown.note.startswith("No theory is known to hold here; the numbers of Hertz")
+    # the theory that may hold is named, with the profile variants that decide
+    theories = record["theories"]
+    hertz_verdict = {
+        **theories["hertz"]["verdict"],
+        "variant_answers": {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS"},
+    }
+    hertz = {**theories["hertz"], "verdict": {**hertz_verdict, "answer": "UNRESOLVED"}}
+    possible = {**record, "cheapest_theory": "UNRESOLVED", "theories": {**theories, "hertz": hertz}}
+    assert settings_of_result(case, possible).note.startswith(
+        "No theory is known to hold here (cheapest theory that may hold: Hertz holds on 1 of 2 profile variants"
+    )
 
 
 def holding(record, *names):

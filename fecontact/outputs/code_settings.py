@@ -17,6 +17,7 @@ from fecontact.outputs.records.asked import elastic_record
 from fecontact.outputs.tables import Column, Table, TableRecord, make_table, text_column
 from fecontact.outputs.terminal import OutputLines
 from fecontact.outputs.theory_records import judged_theories
+from fecontact.outputs.verdict_words import cheapest_text
 
 # Theories of ellipses with a stiffness K_H.
 _ELLIPSE_THEORIES = (HERTZ, HERTZ_GAUGE, MULTI_HERTZ)
@@ -171,7 +172,8 @@ def settings_of_result(case: Case, record: TableRecord) -> PositionSettings:
     if name in _ELLIPSE_THEORIES:
         return PositionSettings(case=case, theory=name, patches=ellipses, holding=holding)
     if name is None:
-        note = "No theory is known to hold here; the numbers of Hertz are for comparison."
+        possible = f" ({text})" if (text := cheapest_text(record)) else ""
+        note = f"No theory is known to hold here{possible}; the numbers of Hertz are for comparison."
         return PositionSettings(case=case, theory=None, patches=ellipses, note=note)
     fails = elastic_record(record)["verdict"]["answer"] == "FAILS"
     note = f"Hertz {'does not hold' if fails else 'is not known to hold'} here; its numbers are for comparison."

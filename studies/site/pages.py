@@ -84,10 +84,11 @@ def on_post_page(output: str, page: Any, config: Any) -> str:
 def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
-        yield name, (ROOT / name).read_text("utf-8")
+        yield name, link_to_notebooks((ROOT / name).read_text("utf-8"))
     yield "data_dictionary.md", dictionary_page()
     for topic in read_titles():
-        yield f"fecontact/guide/{topic}.md", (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
+        text = (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
+        yield f"fecontact/guide/{topic}.md", link_to_notebooks(text)
     yield "studies/README.md", re.sub(r"\((\w+)\.py\)", r"(\1.md)", (ROOT / "studies" / "README.md").read_text("utf-8"))
     for path in STUDIES:
         yield f"studies/{path.stem}.md", study(path)
@@ -101,6 +102,11 @@ def pages() -> Iterator[tuple[str, str]]:
         # the table already describes the fields
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
         yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
+
+
+def link_to_notebooks(text: str) -> str:
+    """Text of a page with links to the pages of notebooks instead of their files."""
+    return re.sub(r"\.ipynb\)", ".md)", text)
 
 
 def list_names() -> str:
