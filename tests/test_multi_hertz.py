@@ -16,10 +16,12 @@ from fecontact.contact.patch import measure_area_between
 from fecontact.contact_theories.approximation import TheoryContact, patch_from_ellipse
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.registry import MULTI_HERTZ, THEORIES, LoadedPlacement
+from fecontact.files import format_json
 from fecontact.judging.judge import judge_load
-from fecontact.judging.lobes import judge_lobes, split_lobes
+from fecontact.judging.lobes import judge_lobes, judge_profile_variant, split_lobes
 from fecontact.judging.measures import MEASURES, read_measures, read_patch, read_theory_measures
 from fecontact.judging.theory import judge_theory
+from fecontact.outputs.records.results import load_record
 from fecontact.placement.wheel_on_rail import place
 from fecontact.profiles.curve import Profile, make_cylinder_wheel
 from fecontact.profiles.segments import Arc
@@ -161,6 +163,29 @@ def test_a_single_touch_point_is_one_ellipse_by_both_theories():
     for name in ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "misplaced_load"):
         assert only.deviation[name] == pytest.approx(load.deviation[name], abs=2e-4), name
     assert only.verdict.answer == "HOLDS"
+
+
+def test_a_lobe_on_a_single_line_of_nodes_has_no_half_width(two_patches):
+    """A patch that just appears: its half-width reads 0, and nothing may be divided by it."""
+    case, placement, load = two_patches
+    rung = load.solved.half_space
+    arc_mm = placement.arc_mm(placement.contact_points[1])
+    columns = np.arange(rung.grid.s_mm.size)
+    is_other_patch = np.abs(rung.grid.s_mm - arc_mm) < 0.5 * APART
+    thin = is_other_patch & (columns != np.argmin(np.abs(rung.grid.s_mm - arc_mm)))
+    thin_rung = replace(rung, pressure_MPa=np.where(thin, 0.0, rung.pressure_MPa))
+    wide, narrow = sorted(split_lobes(thin_rung), key=lambda lobe: -lobe.normal_force_N)
+    assert read_measures(narrow.rung).b_mm < 1e-12 < read_measures(wide.rung).b_mm
+    variant = judge_profile_variant("thin", case, placement, thin_rung)
+    deviations = [lobe.deviation for lobe in sorted(variant.lobes, key=lambda lobe: -lobe.normal_force_N)]
+    assert [math.isnan(deviation["b_mm"]) for deviation in deviations] == [False, True]
+    assert all(math.isfinite(deviation["p_max_MPa"]) for deviation in deviations)
+    # between the finite bodies too, with a record of plain numbers
+    thin_load = judged(case, placement, thin_rung)
+    verdicts = [judgement.verdict for judgement in judge_lobes(thin_load.solved, placement, usable=True)]
+    assert verdicts[1].answer != "HOLDS"
+    assert verdicts[1].each["b_mm"] == "UNRESOLVED"
+    assert "NaN" not in format_json(load_record(thin_load))
 
 
 @pytest.fixture(scope="module")

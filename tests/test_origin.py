@@ -14,6 +14,7 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.placement.poses import place_rail
 from fecontact.placement.wheel_on_rail import set_up_pair
+from fecontact.profiles.examples import write_examples
 from fecontact.profiles.library import list_names, load_library_profile
 from fecontact.profiles.reading import Reading
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
@@ -212,6 +213,23 @@ def test_pair_geometry_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsy
     assert any(verdict_line.startswith("Hertz ") for verdict_line in lines[1:4])
     assert call(["hertz"]) == 0
     assert "geometry of" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("content", "radius", "is_marked"),
+    [("csv", None, True), ("csv", 460.0, True), ("csv", 450.0, False), ("whl", None, False), ("library", None, False)],
+)
+def test_a_rolling_radius_that_is_the_default_is_marked(content, radius, is_marked, tmp_path, capsys):
+    """The file of a worn wheel rarely has a diameter, and 460 mm may be far from it."""
+    write_examples(tmp_path, with_miniprof=True)
+    pair = ["--rail", str(tmp_path / "rail.csv"), "--wheel", "S1002"]
+    if content != "library":
+        pair[-1] = str(tmp_path / f"wheel.{content}")
+    radii = [] if radius is None else ["--rolling-radius-mm", str(radius)]
+    assert call(["hertz", *pair, *radii, "--shift", "3"]) == 0
+    line = capsys.readouterr().out.splitlines()[0]
+    assert line.startswith("geometry of ")
+    assert (" mm (default: 460 mm at the tape circle; --rolling-radius-mm), flange height" in line) == is_marked
 
 
 def test_gaps_where_nothing_touches_are_straight_pieces(tmp_path):

@@ -23,7 +23,7 @@ from fecontact.profiles.examples import NOISE_MM, WEAR_MM
 from fecontact.profiles.library import load_library_profile, toml_text
 from fecontact.profiles.point_problems import find_disorder
 from fecontact.profiles.reading import Reading
-from fecontact.profiles.resolve import radius_of_file_mm, resolve_rail, resolve_wheel
+from fecontact.profiles.resolve import header_of_file, radius_of_file_mm, resolve_rail, resolve_wheel
 from fecontact.profiles.writers import csv_text, sample_points
 from fecontact.runs.identity import make_case_id, make_paths_absolute
 from fecontact.runs.toml_cases import read_toml_cases
@@ -497,7 +497,8 @@ def test_long_lists_and_comments_in_toml_are_fine():
 
 def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, capsys):
     assert call(["profiles", "--examples", str(tmp_path)]) == 0
-    assert capsys.readouterr().out.splitlines() == [f"written: {tmp_path / kind}.csv" for kind in ("rail", "wheel")]
+    written = [f"written: {tmp_path / name}" for name in ("rail.csv", "wheel.csv", "wheel.whl")]
+    assert capsys.readouterr().out.splitlines() == written
     lines = resolve_rail(str(tmp_path / "rail.csv")), resolve_wheel(str(tmp_path / "wheel.csv")).profile
     for line, name in zip(lines, ("60E1", "S1002"), strict=True):
         assert line.measured.nominal == name
@@ -508,6 +509,16 @@ def test_the_example_pair_is_read_back_with_its_noise_and_its_wear(tmp_path, cap
         angle = np.arctan(new.slope(y))
         worn = line.height(y - side * WEAR_MM * np.sin(angle))
         assert float(worn - new.height(y)) == pytest.approx(float(side * WEAR_MM * np.cos(angle)), abs=0.01)
+    # the file of the instrument has the same points, with the worn tread at z = 0; its header agrees with them
+    wheel = resolve_wheel(str(tmp_path / "wheel.whl"))
+    y = np.linspace(-60.0, 59.0, 200)
+    depth = wheel.profile.height(y) - lines[1].height(y)
+    assert depth == pytest.approx(-lines[1].height(0.0), abs=0.01)
+    # 0.4 mm of wear makes the flange of 28 mm higher
+    header = header_of_file(str(tmp_path / "wheel.whl"))
+    assert (header.tread_diameter_mm, header.wheel_id) == (920.0, "example")
+    assert header.flange_height_mm == pytest.approx(28.0 + WEAR_MM, abs=3.0 * NOISE_MM)
+    assert not any("contradicts" in note or "check the origin" in note for note in wheel.profile.notes)
 
 
 def test_the_example_pair_does_not_overwrite_files_with_different_content(tmp_path, capsys):

@@ -3,6 +3,7 @@
 Checked: links, pages, pictures, and that nothing comes from elsewhere.
 """
 
+import json
 import re
 import subprocess
 import sys
@@ -10,6 +11,8 @@ from pathlib import Path
 
 import pytest
 from browser import looked_at
+
+from fecontact.cli import call
 
 ROOT = Path(__file__).parents[1]
 
@@ -91,3 +94,70 @@ def test_a_page_that_needs_something_from_elsewhere_is_refused():
     assert pages.on_post_page('<img src="a.png">', page, None)
     with pytest.raises(pages.PluginError, match="needs something from elsewhere"):
         pages.on_post_page('<script src="https://elsewhere/a.js"></script>', page, None)
+
+
+NOTEBOOKS = sorted((ROOT / "studies").glob("*.ipynb"))
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_a_notebook_has_cells_without_outputs(path):
+    notebook = json.loads(path.read_text("utf-8"))
+    assert (notebook["nbformat"], notebook["metadata"]["kernelspec"]["language"]) == (4, "python")
+    assert {cell["cell_type"] for cell in notebook["cells"]} == {"code", "markdown"}
+    code_cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code_cells)
+    assert len({cell["id"] for cell in notebook["cells"]}) == len(notebook["cells"])
+
+
+def test_the_cells_of_a_notebook_share_names_and_show_outputs_and_pictures(tmp_path):
+    pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
+    sources = [
+        ("markdown", "# A page"),
+        ("code", "value = 2\nprint('value', value)"),
+        ("code", "from pathlib import Path\n\nPath('drawn.png').write_bytes(bytes(value))"),
+    ]
+    cells = [{"cell_type": kind, "source": source.splitlines(keepends=True)} for kind, source in sources]
+    (tmp_path / "small.ipynb").write_text(json.dumps({"cells": cells}), "utf-8")
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    page = pages.run_notebook(tmp_path / "small.ipynb", folder)
+    assert page.startswith("# A page\n\n```python\nvalue = 2\nprint('value', value)\n```\n\n```text\nvalue 2\n```\n")
+    assert "```\n\n![drawn](drawn.png)\n" in page
+    assert (folder / "drawn.png").read_bytes() == b"\0\0"
+    # an error of a cell ends the build
+    cells[1]["source"] = ["1 / 0"]
+    (tmp_path / "small.ipynb").write_text(json.dumps({"cells": cells}), "utf-8")
+    with pytest.raises(ZeroDivisionError):
+        pages.run_notebook(tmp_path / "small.ipynb", folder)
+
+
+@pytest.mark.slow
+def test_the_notebook_of_the_decision_has_the_answers_of_the_commands(tmp_path, capsys):
+    """From a file to the settings: the numbers of its cells are those of `fecontact hertz --set-in`."""
+    pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
+    page = pages.run_notebook(ROOT / "studies" / "decision.ipynb", tmp_path)
+    assert "rolling radius 460.0 mm" in page
+    position = re.search(r"^equilibrium: shift (\S+) mm, yaw (\S+) mrad$", page, re.MULTILINE)
+    assert re.search(r"^Hertz HOLDS", page, re.MULTILINE)
+    assert "cheapest theory that holds: hertz" in page
+    assert re.search(r"^T-gamma of Hertz [+-][\d.]+ ± [\d.]+ %$", page, re.MULTILINE)
+    assert re.search(r"^Hertz for forces HOLDS", page, re.MULTILINE)
+    assert "![decision](decision.png)" in page
+    options = ["--rail", "UIC60", "--inclination", "1:20", "--wheel", str(tmp_path / "worn" / "wheel.whl")]
+    options += ["--side", "right", "--shift", position[1], "--yaw-mrad", position[2], "--load-kn", "60"]
+    capsys.readouterr()
+    assert call(["hertz", *options, "--set-in", "SIMPACK"]) == 0
+    rows = {
+        tuple(re.split(r" {2,}", line)[:2]): float(line.split()[-1])
+        for line in capsys.readouterr().out.splitlines()
+        if len(re.split(r" {2,}", line)) == 3 and re.fullmatch(r"[\d.e+-]+", line.split()[-1])
+    }
+    for text, row, digits in (
+        (r"K_H (\S+) N/m", ("spring K_H, F_n = K_H d^1.5", "N/m^1.5"), 1e-3),
+        (r"^a (\S+) mm along", ("semi-axis a, along the track", "mm"), 1e-3),
+        (r"mm along the track, b (\S+) mm across", ("semi-axis b, across", "mm"), 1e-3),
+        (r"^Rx (\S+) mm", ("equivalent radius Rx, along the track", "mm"), 1e-3),
+        (r"mm, Ry (\S+) mm", ("equivalent radius Ry, across", "mm"), 2e-3),
+        (r"y (\S+) mm of the rail", ("contact point, y on the rail profile", "mm"), 1e-3),
+    ):
+        assert float(re.search(text, page, re.MULTILINE)[1]) == pytest.approx(rows[row], rel=digits), row

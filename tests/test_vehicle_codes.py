@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from kept import keep_case
 from scipy.special import ellipe, ellipk
 
 import fecontact
@@ -126,7 +127,11 @@ def test_the_page_of_the_guide_is_made_from_the_data(capsys):
 
 
 @pytest.mark.parametrize(
-    "words", [("theories", "--in"), ("hertz", "--set-in"), ("theory", "strip", "--set-in"), ("solve", "--set-in")]
+    "words",
+    [
+        ("theories", "--in"),
+        *((*command, "--set-in") for command in (("hertz",), ("theory", "strip"), ("solve",), ("judge", "folder"))),
+    ],
 )
 @pytest.mark.parametrize("code", ["SIMPAK", "adams", "", " ", "CONTACT,UM", "x" * 300])
 def test_an_unknown_code_is_refused_with_the_list(words, code, capsys):
@@ -143,7 +148,7 @@ def test_a_code_has_further_spellings(spelling, name):
     assert find_code(spelling, "--in").name == name
 
 
-@pytest.mark.parametrize("words", [("hertz",), ("theory", "hertz"), ("solve",)])
+@pytest.mark.parametrize("words", [("hertz",), ("theory", "hertz"), ("solve",), ("judge", "folder")])
 def test_json_and_settings_together_are_refused(words, capsys):
     assert call([*words, "--json", "--set-in", "CONTACT"]) == 2
     assert "omit one of them" in capsys.readouterr().err
@@ -339,7 +344,84 @@ def test_a_solved_case_has_the_setting_of_the_cheapest_theory(elliptic_quick):
     for answer in ("none", "UNRESOLVED"):
         unknown = settings_of_result(case, {**record, "cheapest_theory": answer})
         assert texts("CONTACT", unknown) == ["Settings in CONTACT:", unknown.note]
-        assert "No theory is known to hold here" in unknown.note
+        assert unknown.note.startswith("No theory is known to hold here; the numbers of Hertz")
+    # the theory that may hold is named, with the profile variants that decide
+    theories = record["theories"]
+    hertz_verdict = {
+        **theories["hertz"]["verdict"],
+        "variant_answers": {"filter 4 mm": "HOLDS", "filter 8 mm": "FAILS"},
+    }
+    hertz = {**theories["hertz"], "verdict": {**hertz_verdict, "answer": "UNRESOLVED"}}
+    possible = {**record, "cheapest_theory": "UNRESOLVED", "theories": {**theories, "hertz": hertz}}
+    assert settings_of_result(case, possible).note.startswith(
+        "No theory is known to hold here (cheapest theory that may hold: Hertz holds on 1 of 2 profile variants"
+    )
+
+
+def holding(record, *names):
+    """The record of a result in which Hertz fails, and only the named theories hold."""
+    theories = {
+        name: theory and {**theory, "verdict": {**theory["verdict"], "answer": "HOLDS" if name in names else "FAILS"}}
+        for name, theory in record["theories"].items()
+    }
+    verdict = {**record["verdict"], "answer": "FAILS"}
+    return {**record, "verdict": verdict, "theories": theories, "cheapest_theory": names[0]}
+
+
+@pytest.mark.parametrize(
+    ("code", "names", "expected"),
+    [
+        # the code has the cheapest theory that holds
+        ("CONTACT", ("kpec", "strip", "half_space"), None),
+        ("CONTACT", ("strip", "half_space"), "half_space"),
+        ("CONTACT", ("kik_piotrowski", "analyn", "half_space"), "analyn"),
+        ("UM", ("strip", "half_space"), "half_space"),
+        # its numbers are printed, whatever the manual says
+        ("SIMPACK", ("hertz", "half_space"), None),
+        ("CONTACT", ("strip",), ""),
+        ("Medyna", ("strip", "half_space"), ""),
+    ],
+)
+def test_a_code_without_the_cheapest_theory_has_the_next_one(code, names, expected, elliptic_quick):
+    record = holding(result_record(elliptic_quick), *names)
+    lines = texts(code, settings_of_result(elliptic_quick.case, record))
+    found = next((line for line, before in zip(lines[1:], lines, strict=False) if "was found there:" in before), "")
+    assert lines[1].startswith(f"  {names[0]}: ")
+    assert found.startswith(f"  {expected}: " if expected else "")
+    assert bool(found) == bool(expected)
+    assert any(
+        line.startswith(f"No theory that holds here was found in public documentation of {code}") for line in lines
+    ) == (expected == "")
+
+
+def test_a_theory_out_of_its_range_is_no_remedy(elliptic_quick):
+    """Unless the criteria let it count."""
+    record = holding(result_record(elliptic_quick), "strip", "analyn", "half_space")
+    record["theories"]["analyn"]["status"] = "out of range"
+    case = elliptic_quick.case
+    out_of_range = replace(case, criteria=replace(case.criteria, theories_out_of_range=True))
+    assert settings_of_result(case, record).holding == ("strip", "half_space")
+    assert settings_of_result(out_of_range, record).holding == ("analyn", "strip", "half_space")
+
+
+def test_stored_cases_have_settings(elliptic_quick, tmp_path, capsys):
+    """As `solve` prints them, by the criteria and the friction that are given."""
+    keep_case(elliptic_quick, tmp_path / "one")
+    assert call(["judge", str(tmp_path / "one"), "--friction", "0.35", "--set-in", "contact"]) == 0
+    out = capsys.readouterr().out
+    for line in texts("CONTACT", settings_of_result(elliptic_quick.case, result_record(elliptic_quick))):
+        assert line.split("<FSTAT>")[0].rstrip() in out, line
+    assert re.search(r"coefficient of friction +1 +0.35\n", out)
+    assert "rail circle:300, wheel cylinder:460; shift +0.00 mm" in out
+    # Hertz's peak deviates by 0.07 ± 0.25 %
+    assert call(["judge", str(tmp_path / "one"), "--p-max-percent", "0.1", "--set-in", "contact"]) == 0
+    assert "hertz: Hertz" not in capsys.readouterr().out
+
+
+def test_a_map_has_no_settings(tmp_path, capsys):
+    (tmp_path / "map.json").write_text("{}", "utf-8")
+    assert call(["judge", str(tmp_path), "--set-in", "CONTACT"]) == 2
+    assert "solve the cell of the map with `fecontact solve" in capsys.readouterr().err
 
 
 def test_the_commands_print_the_settings(capsys):

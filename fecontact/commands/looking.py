@@ -315,7 +315,8 @@ def profiles(
     library
         Folder of your profiles.
     examples
-        Folder for two example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv.
+        Folder for example files, a worn rail and a worn wheel with measurement noise: rail.csv, wheel.csv, and the
+        wheel as a MiniProf file, wheel.whl.
     force
         Let --examples overwrite existing files that have different content.
     json
@@ -343,7 +344,8 @@ def profiles(
     if examples is not None:
         from fecontact.profiles.examples import write_examples
 
-        print("\n".join(f"written: {quote_path(path)}" for path in write_examples(examples, force=force)))
+        written_files = write_examples(examples, force=force, with_miniprof=True)
+        print("\n".join(f"written: {quote_path(path)}" for path in written_files))
         return 0
     if force:
         raise InputError("--force is given without --examples, where it has no effect; give --examples FOLDER")

@@ -13,6 +13,7 @@ from fecontact.console.progress import show_job_progress
 from fecontact.errors import InputError
 from fecontact.inputs.texts import count_text, quote_path
 from fecontact.jobs.remaining import format_duration
+from fecontact.outputs.codes import find_code_to_set
 from fecontact.outputs.terminal import print_answer, print_parts
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def judge(
     theory: str = "hertz",
     out: Path | None = None,
     json: bool = False,
+    set_in: str | None = None,
 ) -> int:
     """Judge stored results by different criteria, or with friction and creepages (no gmsh, no finite elements).
 
@@ -51,14 +53,21 @@ def judge(
         with --measure theory map_law.csv and map_law.png.
     json
         Print the new verdicts as JSON and nothing else.
+    set_in
+        Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: for each case of a study, print the setting of the
+        cheapest theory that holds and the numbers to set there, too.
     """
     from fecontact.files import format_json
+    from fecontact.outputs.code_settings import settings_lines
     from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
     from fecontact.runs.judged_study import count_judging_processes
     from fecontact.runs.judging_again import judge as judge_stored
+    from fecontact.runs.stored_settings import read_settings, refuse_map
 
-    case = options.case()
+    code, case = find_code_to_set(set_in, json=json), options.case()
+    if code is not None:
+        refuse_map(folder)
 
     def before(place_count: int) -> str:
         loads = len(load_table(folder).rows)
@@ -79,6 +88,9 @@ def judge(
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:
         print(judged_results.words.format(criteria=criteria_text(case.criteria)))
+    if code is not None:
+        for title, settings in read_settings(folder, case.criteria, case.creep if case.creep.asked else None):
+            print_parts((f"{title}:", *settings_lines(code, settings)))
     return 0 if judged_results.all_judged else 3
 
 

@@ -66,7 +66,7 @@ def remove_links(text: str) -> str:
     """
     text = re.sub(r"!\[([^\]]*)\]\([^)]*\)", r"(Picture in the documentation: \1)", text)
     text = re.sub(r"\[([^\]]*)\]\((\w+)\.md(?:#[^)]*)?\)", r"\1 (`fecontact guide \2`)", text)
-    return re.sub(r"\[([^\]]*)\]\([^)]*\.(?:md|py)(?:#[^)]*)?\)", r"\1", text)
+    return re.sub(r"\[([^\]]*)\]\([^)]*\.(?:md|py|ipynb)(?:#[^)]*)?\)", r"\1", text)
 
 
 def _title(text: str) -> str:

@@ -32,6 +32,8 @@ from fecontact.judging.verdict import Verdict, judge_profile_variants
 from fecontact.placement.poses import ContactPoint
 from fecontact.placement.wheel_on_rail import Placement
 
+# Largest fraction of a measure that is rounding: a half-width of 4 mm on a single line of nodes reads 5e-14 mm.
+_ROUNDING = 1e-9
 # Measures of a lobe. Its approach is the approach of the bodies, and its extents end at the next lobe.
 _LOBE_MEASURES = tuple(name for name, declared in UNCERTAINTIES.items() if declared.of_lobes)
 
@@ -338,9 +340,18 @@ def _make_ellipse(
 
 
 def _compute_deviations(values: Mapping[str, float], theory: TheoryContact) -> dict[str, float]:
-    """Deviation of an ellipse from the values of a lobe (-)."""
+    """Deviation of an ellipse from the values of a lobe (-).
+
+    The half-width of a lobe on a single line of nodes is 0 or rounding. Its deviation is unknown (NaN), so that the
+    verdict is UNRESOLVED.
+    """
     theory_values = read_theory_measures(theory).as_dict()
-    return {name: theory_values[name] / values[name] - 1.0 if name in MEASURES else values[name] for name in values}
+
+    def read_deviation(name: str, value: float) -> float:
+        theory_value = theory_values[name]
+        return math.nan if value <= _ROUNDING * theory_value else theory_value / value - 1.0
+
+    return {name: read_deviation(name, value) if name in MEASURES else value for name, value in values.items()}
 
 
 def _read_lobe_measures(lobe: ContactLobe) -> dict[str, float]:

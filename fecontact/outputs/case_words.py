@@ -27,8 +27,10 @@ def case_words(inputs: RowMapping) -> str:
     rotations = f", yaw {1e3 * inputs['yaw_rad']:+.4g} mrad" if inputs["yaw_rad"] else ""
     if inputs["roll"] != "given":
         rotations = f" of the wheelset, {inputs['side']} side, roll {roll_mrad:+z.4g} mrad{rotations}"
-    elif roll_mrad:
-        rotations = f", roll {roll_mrad:+.4g} mrad{rotations}"
+    else:
+        rotations = (f", roll {roll_mrad:+.4g} mrad" if roll_mrad else "") + rotations
+        # the left wheel is the default, and the only one without a wheelset
+        rotations = (", right side" if inputs["side"] == "right" else "") + rotations
     irregularity_words = ", ".join(
         f"{body} {format_irregularity(Irregularity(**inputs[f'{body}_irregularity']))}"
         for body in BODIES

@@ -98,7 +98,8 @@ fecontact hertz --rail circle:300 --wheel cylinder:460 --inclination none --load
 `theories --in` prints how a code calls each [theory](theories.md), what you set there, and the source of the
 statement. `--set-in` of `hertz`, `theory` and `solve` adds the numbers of the position, with the names of the code
 where they are public. `solve` takes the cheapest theory that holds there: if Hertz fails, you see what to set in its
-place. The last command prints, among others,
+place. If this theory was not found in the code, the next theory follows that holds and that the code has. `judge
+FOLDER --set-in CODE` prints this for all cases of a stored study. The last command prints, among others,
 
 ```text
 quantity                               unit          point 1
@@ -150,6 +151,10 @@ across. 1/E* = (1 - nu1²)/E1 + (1 - nu2²)/E2. The axes of y and of the contact
 The tables have statements of public documentation and public source code alone.
 "{NOT_FOUND}" means a search without a result, not that the
 code lacks the theory. "secondary source" is a text by others than the makers of the code.
+
+**Contact tables.** `fecontact table` writes CSV and NetCDF. A complete public description of the contact tables of
+SIMPACK, VAMPIRE, GENSYS (.kpfr), NUCARS, VI-Rail, Medyna and UM was not found, so there is no export to these formats:
+import the columns of the CSV with the tools of your code.
 """
 
 

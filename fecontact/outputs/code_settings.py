@@ -16,6 +16,8 @@ from fecontact.outputs.codes import VehicleCode
 from fecontact.outputs.records.asked import elastic_record
 from fecontact.outputs.tables import Column, Table, TableRecord, make_table, text_column
 from fecontact.outputs.terminal import OutputLines
+from fecontact.outputs.theory_records import judged_theories
+from fecontact.outputs.verdict_words import cheapest_text
 
 # Theories of ellipses with a stiffness K_H.
 _ELLIPSE_THEORIES = (HERTZ, HERTZ_GAUGE, MULTI_HERTZ)
@@ -74,12 +76,15 @@ class PositionSettings:
         Patches of the theory, and Hertz's ellipses for comparison.
     note
         Note on patches that are for comparison; may be empty.
+    holding
+        Theories that hold at the position, the cheapest first; empty if the position was not solved.
     """
 
     case: Case
     theory: str | None
     patches: Sequence[PatchAtPoint]
     note: str = ""
+    holding: Sequence[str] = ()
 
 
 def settings_of_hertz(case: Case, record: TableRecord) -> PositionSettings:
@@ -150,11 +155,10 @@ def settings_of_result(case: Case, record: TableRecord) -> PositionSettings:
     """
     name = record["cheapest_theory"] if record["cheapest_theory"] in THEORIES else None
     theories, points = record["theories"], record["contact_points"]
-    force = {"normal_force_N": record["normal_force_N"]}
+    force, holding = {"normal_force_N": record["normal_force_N"]}, _holding_theories(case, record)
     if name == MULTI_HERTZ:
-        return PositionSettings(
-            case=case, theory=name, patches=_select_patches(name, {**theories[name], **force}, points)
-        )
+        patches = _select_patches(name, {**theories[name], **force}, points)
+        return PositionSettings(case=case, theory=name, patches=patches, holding=holding)
     sides = {HERTZ_GAUGE: "gauge", HERTZ: "field" if theories[HERTZ_GAUGE] else "both"}
     ellipses = [
         PatchAtPoint(
@@ -166,14 +170,25 @@ def settings_of_result(case: Case, record: TableRecord) -> PositionSettings:
         if theories[hertz] and theories[hertz]["problem"] is None
     ]
     if name in _ELLIPSE_THEORIES:
-        return PositionSettings(case=case, theory=name, patches=ellipses)
+        return PositionSettings(case=case, theory=name, patches=ellipses, holding=holding)
     if name is None:
-        note = "No theory is known to hold here; the numbers of Hertz are for comparison."
+        possible = f" ({text})" if (text := cheapest_text(record)) else ""
+        note = f"No theory is known to hold here{possible}; the numbers of Hertz are for comparison."
         return PositionSettings(case=case, theory=None, patches=ellipses, note=note)
     fails = elastic_record(record)["verdict"]["answer"] == "FAILS"
     note = f"Hertz {'does not hold' if fails else 'is not known to hold'} here; its numbers are for comparison."
     patches = _select_patches(name, {**theories[name], **force}, points)
-    return PositionSettings(case=case, theory=name, patches=[*patches, *ellipses], note=note)
+    return PositionSettings(case=case, theory=name, patches=[*patches, *ellipses], note=note, holding=holding)
+
+
+def _holding_theories(case: Case, record: TableRecord) -> tuple[str, ...]:
+    """Names of the theories that hold, the cheapest first, without theories whose range the criteria exclude."""
+    answers = {
+        name: elastic_record(record)["verdict"]["answer"] if name == HERTZ else theory["verdict"]["answer"]
+        for name, theory in judged_theories(record).items()
+        if name != HERTZ_GAUGE and (case.criteria.theories_out_of_range or theory["status"] != "out of range")
+    }
+    return tuple(name for name, answer in answers.items() if answer == "HOLDS")
 
 
 def _point_heading(number: int, side: str = "both") -> str:
@@ -212,6 +227,7 @@ def settings_lines(code: VehicleCode, settings: PositionSettings) -> OutputLines
     yield f"Settings in {code.name}:"
     if settings.theory is not None:
         yield from statement_lines(code, settings.theory)
+        yield from _lines_on_other_theory(code, settings)
     if settings.patches:
         yield numbers_to_set(settings)
     if settings.note:
@@ -219,6 +235,22 @@ def settings_lines(code: VehicleCode, settings: PositionSettings) -> OutputLines
     if settings.theory in _ELLIPSE_THEORIES and code.name in _INPUT_LINES:
         for place in settings.patches:
             yield from _INPUT_LINES[code.name](settings.case, place)
+
+
+def _lines_on_other_theory(code: VehicleCode, settings: PositionSettings) -> Iterator[str]:
+    """Iterate over the lines on the cheapest theory that holds and that the code has.
+
+    There are none for a position that was not solved, for a code that has the cheapest theory that holds, and for
+    Hertz, whose numbers follow.
+    """
+    if not settings.holding or settings.theory == HERTZ or code.has_theory(settings.theory or ""):
+        return
+    theory = next((name for name in settings.holding if code.has_theory(name)), None)
+    if theory is None:
+        yield f"No theory that holds here was found in public documentation of {code.name}."
+        return
+    yield f"If your {code.name} does not have it, this is the cheapest theory that holds here and was found there:"
+    yield from statement_lines(code, theory)
 
 
 def numbers_to_set(settings: PositionSettings) -> Table:

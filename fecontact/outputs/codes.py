@@ -35,6 +35,8 @@ class CodeStatement:
         Model of the code, or the absence of a model.
     setting
         Options and inputs by their names in the code; empty if there is nothing to set.
+    has_model
+        Whether the code has the theory, or a variant of the theory.
     sources
         Full texts of the sources.
     certainty
@@ -45,6 +47,7 @@ class CodeStatement:
     model: str
     sources: tuple[str, ...]
     setting: str = ""
+    has_model: bool = True
     certainty: str = READ
 
 
@@ -105,6 +108,21 @@ class VehicleCode:
             Statements in the order of the data file.
         """
         return tuple(statement for statement in self.statements if theory in statement.theories)
+
+    def has_theory(self, theory: str) -> bool:
+        """Whether public documentation says that the code has a theory.
+
+        Parameters
+        ----------
+        theory
+            Name of the theory in the registry.
+
+        Returns
+        -------
+        bool
+            False for a theory that was not found, too.
+        """
+        return any(statement.has_model for statement in self.select_statements(theory))
 
 
 @cache

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from fecontact.bodies import ROLLING_RADIUS_MM
 from fecontact.case import Case
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.pair_names import inclination_words
@@ -17,6 +18,7 @@ from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import Profile
 from fecontact.profiles.library import is_library_name, profile_identity
 from fecontact.profiles.reading import is_short_form
+from fecontact.profiles.resolve import radius_of_file_mm
 from fecontact.solving.placing import place_or_explain
 
 _POINT_SPACING_MM = 0.05
@@ -65,7 +67,7 @@ def pair_geometry_text(case: Case, placement: Placement) -> str:
     return (
         f"geometry of {profile_identity(case.wheel)} on {profile_identity(case.rail)}: contact point at y ="
         f" {first.rail_y_mm:+.2f} mm of the rail and {first.wheel_y_mm:+.2f} mm of the wheel, rolling radius"
-        f" {float(wheel.radius(first.wheel_u)):.2f} mm, {_flange_words(wheel.profile)},"
+        f" {float(wheel.radius(first.wheel_u)):.2f} mm{_default_radius_words(case)}, {_flange_words(wheel.profile)},"
         f" {_rail_words(placement.rail.profile, placement.rail.inclination_rad)}"
     )
 
@@ -73,6 +75,15 @@ def pair_geometry_text(case: Case, placement: Placement) -> str:
 def pair_geometry_lines(record: TableRecord) -> list[str]:
     """Lines on the geometry from a record: a list with a line, or an empty list."""
     return [record["pair_geometry"]] if record.get("pair_geometry") is not None else []
+
+
+def _default_radius_words(case: Case) -> str:
+    """Words for a rolling radius that is the default, because the wheel's file has no diameter."""
+    if is_short_form(case.wheel) or is_library_name(case.wheel):
+        return ""
+    if case.rolling_radius_mm != ROLLING_RADIUS_MM or radius_of_file_mm(case.wheel) is not None:
+        return ""
+    return f" (default: {ROLLING_RADIUS_MM:g} mm at the tape circle; --rolling-radius-mm)"
 
 
 def _flange_words(wheel: Profile) -> str:

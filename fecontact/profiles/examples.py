@@ -7,14 +7,18 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.arrays import Floats
+from fecontact.bodies import ROLLING_RADIUS_MM
 from fecontact.files import refuse_different_files, write_text
 from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.readers.instrument_header import measure_flange
 
 WEAR_MM, NOISE_MM, STEP_MM = 0.4, 0.008, 0.25
 """Largest wear along the normal, standard deviation of the noise along the normal, and spacing of the points."""
 _WEAR_HALF_WIDTH_MM = 25.0
 # Lateral position of the middle of the wear, in the coordinates of the profile.
 _WEAR_MIDDLE_MM = {"60E1": -12.0, "S1002": 0.0}
+# Distance of the tape circle of S1002 from the back of the flange.
+_TAPE_CIRCLE_MM = 70.0
 
 
 def make_measured_points(name: str, *, seed: int = 1) -> Floats:
@@ -80,7 +84,42 @@ def format_points(points: Floats, remark: str) -> str:
     return f"# {remark}\ny [mm],z [mm]\n" + "".join(f"{y:.4f},{z:.4f}\n" for y, z in points)
 
 
-def write_examples(folder: Path, *, force: bool = False) -> list[Path]:
+def format_wheel_file(points: Floats, diameter_mm: float) -> str:
+    """Text of a MiniProf file (.whl) of a wheel.
+
+    X counts from the back of the flange, Y points into the wheel and is 0 at the tape circle.
+
+    Parameters
+    ----------
+    points
+        Points (n, 2) in mm, with y = 0 at the tape circle and z up, from small to large y.
+    diameter_mm
+        Diameter of the wheel at its tape circle (mm).
+
+    Returns
+    -------
+    str
+        Header with Sd, Sh and qR of the points, and columns X and Y.
+    """
+    flange = measure_flange(points)
+    keys = {
+        "WheelID": "example",
+        "Sd": f"{flange['sd'] + _TAPE_CIRCLE_MM:.4f}",
+        "Sh": f"{flange['sh']:.4f}",
+        "qR": f"{flange['qr']:.4f}",
+        "DiameterTaperline": f"{diameter_mm:.4f}",
+        "WheelDiameterTaperline": f"{_TAPE_CIRCLE_MM:.4f}",
+        "Xoffset": "0.0000",
+        "Yoffset": "0.0000",
+        "ColumnDef": "X,Y",
+        "XYPoints": f"{len(points)}",
+    }
+    depth_mm = float(np.interp(0.0, points[:, 0], points[:, 1])) - points[:, 1]
+    rows = "".join(f"{x:.4f} {depth:.4f}\n" for x, depth in zip(points[:, 0] + _TAPE_CIRCLE_MM, depth_mm, strict=True))
+    return "".join(f"{key}={value}\n" for key, value in keys.items()) + "\n" + rows
+
+
+def write_examples(folder: Path, *, force: bool = False, with_miniprof: bool = False) -> list[Path]:
     """Write the example pair, `rail.csv` and `wheel.csv`, into a folder.
 
     Every call writes equal files.
@@ -91,6 +130,8 @@ def write_examples(folder: Path, *, force: bool = False) -> list[Path]:
         Folder.
     force
         Whether existing files with these names and different content are overwritten.
+    with_miniprof
+        Whether the wheel is written as a MiniProf file, `wheel.whl`, too.
 
     Returns
     -------
@@ -108,6 +149,9 @@ def write_examples(folder: Path, *, force: bool = False) -> list[Path]:
         )
         for body, name in (("rail", "60E1"), ("wheel", "S1002"))
     }
+    if with_miniprof:
+        wheel_text = format_wheel_file(make_measured_points("S1002"), 2.0 * ROLLING_RADIUS_MM)
+        contents[folder / "wheel.whl"] = wheel_text
     if not force:
         refuse_different_files(contents.items(), "profiles --examples", "give another folder, or --force")
     return [write_text(path, text) for path, text in contents.items()]

@@ -128,12 +128,7 @@ def judge_study(
     """
     folder = Path(folder)
     refuse_output_folder(folder, out)
-    if (folder / RECORD_FILE).is_file():
-        row = read_row(folder / ROW_FILE)
-        name, before, folders, cases = str(row["id"]), [row], [folder], 1
-    else:
-        name, before, cases = read_stored_study(folder)
-        folders = [name_case_folder(folder, str(row["id"])) for row in before]
+    name, before, folders, cases = list_stored_cases(folder)
     rows = _judge_rows(before, folders, criteria, creep, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
@@ -144,6 +139,31 @@ def judge_study(
         write_tables(name, cases, rows, out / "study")
         report_judged(name, rows, folders, out, criteria, creep)
     return JudgedStudy(rows=tuple(rows), changed=changed, missing=cases - len(rows))
+
+
+def list_stored_cases(folder: Path) -> tuple[str, Sequence[Row], list[Path], int]:
+    """List the cases of a stored study, or a single stored case.
+
+    Parameters
+    ----------
+    folder
+        Folder of the study or the case.
+
+    Returns
+    -------
+    tuple of str, sequence of Row, list of Path and int
+        Name of the study, stored rows, folder of each row, and number of cases, some of which may not have a row yet.
+
+    Raises
+    ------
+    InputError
+        If the folder holds neither a study nor a case.
+    """
+    if (folder / RECORD_FILE).is_file():
+        row = read_row(folder / ROW_FILE)
+        return str(row["id"]), [row], [folder], 1
+    name, rows, cases = read_stored_study(folder)
+    return name, rows, [name_case_folder(folder, str(row["id"])) for row in rows], cases
 
 
 def _judge_rows(

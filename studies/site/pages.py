@@ -7,12 +7,15 @@ are right here and there.
 from __future__ import annotations
 
 import ast
+import json
 import os
 import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import chdir, redirect_stdout
 from dataclasses import is_dataclass
+from io import StringIO
 from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
@@ -30,6 +33,7 @@ from fecontact.outputs.records.data_dictionary import dictionary_page
 ROOT = Path(__file__).parents[2]
 STUDIES = sorted(path for path in (ROOT / "studies").glob("*.py"))
 NAMES = [name for name in fecontact.__all__ if not name.startswith("_")]
+NOTEBOOKS = sorted((ROOT / "studies").glob("*.ipynb"))
 PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 
 
@@ -39,6 +43,7 @@ def on_config(config: Any) -> Any:
         {"Home": "README.md"},
         {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in read_titles().items()]},
         {"Gallery": "gallery.md"},
+        {"Notebooks": [f"studies/{path.stem}.md" for path in NOTEBOOKS]},
         {"Studies": ["studies/README.md", *(f"studies/{path.stem}.md" for path in STUDIES)]},
         {"Python": ["api/README.md", *({name: f"api/{name}.md"} for name in NAMES)]},
         {"Data dictionary": "data_dictionary.md"},
@@ -53,6 +58,11 @@ def on_files(files: Files, config: Any) -> Files:
         files.append(File.generated(config, uri, content=content))
     for path in (ROOT / "studies" / "figures").glob("*.png"):
         files.append(File.generated(config, f"studies/figures/{path.name}", abs_src_path=str(path)))
+    for path in NOTEBOOKS:
+        folder = Path(mkdtemp())
+        files.append(File.generated(config, f"studies/{path.stem}.md", content=run_notebook(path, folder)))
+        for picture in folder.glob("*.png"):
+            files.append(File.generated(config, f"studies/{picture.name}", abs_src_path=str(picture)))
     gallery = files.get_file_from_path("gallery.md")
     assert gallery is not None
     folder = run(gallery.content_string)
@@ -74,10 +84,11 @@ def on_post_page(output: str, page: Any, config: Any) -> str:
 def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
     for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
-        yield name, (ROOT / name).read_text("utf-8")
+        yield name, link_to_notebooks((ROOT / name).read_text("utf-8"))
     yield "data_dictionary.md", dictionary_page()
     for topic in read_titles():
-        yield f"fecontact/guide/{topic}.md", (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
+        text = (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
+        yield f"fecontact/guide/{topic}.md", link_to_notebooks(text)
     yield "studies/README.md", re.sub(r"\((\w+)\.py\)", r"(\1.md)", (ROOT / "studies" / "README.md").read_text("utf-8"))
     for path in STUDIES:
         yield f"studies/{path.stem}.md", study(path)
@@ -91,6 +102,11 @@ def pages() -> Iterator[tuple[str, str]]:
         # the table already describes the fields
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
         yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
+
+
+def link_to_notebooks(text: str) -> str:
+    """Text of a page with links to the pages of notebooks instead of their files."""
+    return re.sub(r"\.ipynb\)", ".md)", text)
 
 
 def list_names() -> str:
@@ -154,6 +170,38 @@ class Doctests(Extension):
 def fenced(text: str) -> str:
     """A docstring with its doctests in fences."""
     return re.sub(r"((?<=\n)( *)>>> (?:.+\n)+)", r"\2```pycon\n\1\2```\n", f"{text}\n")
+
+
+def run_notebook(path: Path, folder: Path) -> str:
+    """Run the cells of a notebook in order, and return its page with outputs and pictures.
+
+    Parameters
+    ----------
+    path
+        Notebook of Python cells, without outputs.
+    folder
+        Empty folder in which the cells are run. A cell that writes NAME.png into it shows this picture.
+
+    Returns
+    -------
+    str
+        Page in Markdown, with a link to the notebook.
+    """
+    names: dict[str, Any] = {"__name__": "__main__"}
+    parts = []
+    for cell in json.loads(path.read_text("utf-8"))["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            parts.append(source)
+            continue
+        earlier_pictures = set(folder.glob("*.png"))
+        with chdir(folder), redirect_stdout(StringIO()) as printed:
+            exec(compile(source, path.name, "exec"), names)
+        parts.append(f"```python\n{source}\n```")
+        parts += [f"```text\n{text}\n```" for text in [printed.getvalue().rstrip()] if text]
+        parts += [f"![{name.stem}]({name.name})" for name in sorted(set(folder.glob("*.png")) - earlier_pictures)]
+    parts.append(f"This page is the notebook `studies/{path.name}`; its cells were run for the outputs.")
+    return "\n\n".join(parts) + "\n"
 
 
 def run(text: str) -> Path:
