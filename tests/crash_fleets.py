@@ -39,7 +39,7 @@ EXAMPLES = ["fleet", "examples", "example", "--wheels", "4", "--rails", "4"]
 REPORT = ["fleet", "report", "out"]
 SAMPLE = ["fleet", "sample", "out", "--finite-elements", "2", "--workers", "2"]
 # times, memory, names of runs, and checksums of files that have these
-EFFORT = {"seconds", "memory_MB", "peak_memory_MB", "run", "sha256"}
+EFFORT = {"seconds", "cpu_seconds", "fe_cpu_seconds", "memory_MB", "peak_memory_MB", "run", "sha256"}
 # logs, and files that consist of times and checksums only in addition to compared files
 NOT_COMPARED = {"said.txt", "run.log", "run.lock", "stored.json"}
 

@@ -2,6 +2,7 @@
 
 import math
 import sys
+import time
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +19,7 @@ from fecontact.contact.solver import solve_contact
 from fecontact.fe.coupling import CoupledBodies
 from fecontact.fe.linear_solver import is_pardiso_available
 from fecontact.judging.measures import Measures, read_measures
+from fecontact.outputs.records.results import case_row
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.writers import sample_points
@@ -234,6 +236,15 @@ def test_a_solve_ends_well_where_no_system_keeps_the_largest_memory(monkeypatch)
     monkeypatch.undo()
     assert result.effort.peak_memory_MB <= 1.01 * measure_peak_memory_MB()
     assert memory_before_MB <= measure_peak_memory_MB()
+
+
+def test_the_cpu_time_of_a_solution_is_within_the_time_of_the_process():
+    start_s = time.process_time()
+    result = solve(COARSE)
+    process_s = time.process_time() - start_s
+    # placing and imports are not part of the solution
+    assert 0.5 * process_s < result.effort.cpu_seconds <= process_s
+    assert case_row(result)["cpu_seconds"] == result.effort.cpu_seconds
 
 
 def test_full_model_without_yaw_is_the_half_model(solved):

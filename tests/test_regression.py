@@ -193,7 +193,7 @@ def test_a_rail_whose_name_is_a_number_is_text(tmp_path):
 
 def test_effort_is_shown_and_not_compared(tmp_path):
     names = ("solver_iterations", "solver_degrees_of_freedom_rail", "seconds", "peak_memory_MB", "solver_load_balance")
-    names += ("solver_meshes",)
+    names += ("solver_meshes", "cpu_seconds")
     comparison = compare_rows(tmp_path, [case_row(**dict.fromkeys(names, 1))], [case_row(**dict.fromkeys(names, 99))])
     assert comparison.same
     assert [(c.column, c.new) for c in rows_of_frame(comparison.efforts)] == [(name, "99") for name in names]

@@ -487,6 +487,7 @@ def _restore_case(stored: StoredPosition) -> CaseResult:
         effort=Effort(
             path=effort["path"],
             seconds={step: float(value) for step, value in effort["seconds"].items()},
+            cpu_seconds=effort.get("cpu_seconds"),
             memory_MB={step: float(value) for step, value in effort["memory_MB"].items()},
             peak_memory_MB=float(effort["peak_memory_MB"]),
         ),

@@ -67,6 +67,7 @@ class Clock:
         """
         self.stage = ""
         self.seconds: dict[str, float] = {}
+        self.cpu_seconds = 0.0
         self.memory_MB: dict[str, float] = {}
         self._progress = progress
 
@@ -86,10 +87,11 @@ class Clock:
         """
         if self._progress is not None:
             self._progress(f"{self.stage}: {name}" if self.stage else name)
-        start = time.perf_counter()
+        start, cpu_start = time.perf_counter(), time.process_time()
         try:
             yield
         finally:
+            self.cpu_seconds += time.process_time() - cpu_start
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - start
             self.memory_MB[name] = psutil.Process().memory_info().rss / 1e6
 
@@ -103,6 +105,17 @@ class Clock:
         """
         seconds, self.seconds = self.seconds, {}
         return seconds
+
+    def take_cpu_seconds(self) -> float:
+        """Return the CPU seconds of all steps since the last call.
+
+        Returns
+        -------
+        float
+            User and system time of all threads of the process, in s.
+        """
+        cpu_seconds, self.cpu_seconds = self.cpu_seconds, 0.0
+        return cpu_seconds
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -41,12 +41,15 @@ class Effort:
         Linear solver.
     seconds, memory_MB
         Wall seconds, and resident memory after each step, by the name of the step.
+    cpu_seconds
+        CPU seconds of all steps, without files and pictures; None in a result that an earlier version wrote.
     peak_memory_MB
         Largest resident memory of the process.
     """
 
     path: SolverName
     seconds: Mapping[str, float]
+    cpu_seconds: float | None
     memory_MB: Mapping[str, float]
     peak_memory_MB: float
 
@@ -247,6 +250,7 @@ def _solved(position: Position, meshes: Meshes) -> CaseResult:
         effort=Effort(
             path=bodies.coupled.rail.solver,
             seconds=position.clock.take_seconds(),
+            cpu_seconds=position.clock.take_cpu_seconds(),
             memory_MB=position.clock.memory_MB,
             peak_memory_MB=measure_peak_memory_MB(),
         ),

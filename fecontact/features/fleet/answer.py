@@ -23,7 +23,13 @@ from fecontact.features.fleet.estimate import (
     find_exact_limits,
     find_share_bounds,
 )
-from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED
+from fecontact.features.fleet.open_positions import (
+    SolutionTime,
+    estimate_new_screening,
+    find_solution_time,
+    query_open_causes,
+)
+from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
     FLEET_RECORD,
@@ -167,7 +173,11 @@ class FleetAnswer:
     refusals
         Positions without a verdict by the kind of reason, as shares of all positions.
     open_causes
-        Shares of all contacts that are unresolved, by the change that would decide them.
+        Unresolved contacts by the change that would decide them, with its cost (`open_positions.query_open_causes`).
+    solution_time
+        CPU time of a position by finite elements; None if it is unknown.
+    new_screening_s
+        CPU seconds of screening again with a declared filter.
     filters
         Shares of all contacts by verdict, for each usual filter if it were declared; empty with a declared filter.
     worst
@@ -189,6 +199,8 @@ class FleetAnswer:
     theories: Sequence[Record]
     refusals: Sequence[Record]
     open_causes: Sequence[Record]
+    solution_time: SolutionTime | None
+    new_screening_s: float
     filters: Sequence[Record]
     worst: Sequence[Record]
     strata: Sequence[Record]
@@ -196,13 +208,16 @@ class FleetAnswer:
     notes: Sequence[Record]
 
 
-def evaluate_fleet(folder: Path) -> FleetAnswer:
+def evaluate_fleet(folder: Path, case_of: CaseOf | None = None) -> FleetAnswer:
     """Evaluate the tables in a fleet's folder.
 
     Parameters
     ----------
     folder
         Folder of a screened fleet.
+    case_of
+        Function that makes the case of a position. With it, the time of finite elements is estimated if no position
+        was solved.
 
     Returns
     -------
@@ -217,8 +232,9 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
     with open_tables(folder) as tables:
         _refuse_old_sample(tables, folder)
         (population,) = _query_subpopulations(tables).values()
+        about, solution_time = read_json(folder / FLEET_RECORD), find_solution_time(tables, case_of)
         return FleetAnswer(
-            about=read_json(folder / FLEET_RECORD),
+            about=about,
             whole=population,
             network=_estimate_network_share(tables, population),
             groups={
@@ -230,7 +246,9 @@ def evaluate_fleet(folder: Path) -> FleetAnswer:
             causes=_query_shares_by(tables, _CAUSE_WITHOUT_NUMBERS, f"verdict IN ('{FAILS}', '{OPEN}')"),
             theories=_query_shares_by(tables, "cheapest_theory", f"verdict <> '{REFUSED}'"),
             refusals=query_rows(tables, _REFUSALS),
-            open_causes=_query_shares_by(tables, "open_because", f"verdict = '{OPEN}'"),
+            open_causes=query_open_causes(tables, solution_time),
+            solution_time=solution_time,
+            new_screening_s=estimate_new_screening(tables, about["theory"]),
             filters=_query_shares_by_filter(tables),
             worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],

@@ -98,8 +98,8 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.suspicious_files import make_suspicious_parts
 
     with lock_fleet(folder):
-        fleet_answer = evaluate_fleet(folder)
         screened = open_fleet(folder)
+        fleet_answer = evaluate_fleet(folder, screened.case)
         page = write_report(fleet_answer, folder, screened.case, make_suspicious_parts(screened))
     tell(
         make_answer_rows(fleet_answer) if json else fleet_answer,

@@ -169,22 +169,51 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     opposites = [candidate.opposite for candidate in candidates if candidate.opposite is not None]
     opposite_files = {opposite.spec for opposite in opposites if not opposite.has_row}
     positions = len(definition.positions)
-    variants = _USUAL_VARIANTS if definition.filter_mm is None else _VARIANTS_WITH_FILTER
-    pair_seconds = _PAIR_S + variants * (
-        len(definition.shifts_mm) * _PLACE_S + positions * _POSITION_S[definition.theory]
-    )
     return FleetCost(
         wheels=counts["wheel"],
         rails=counts["rail"],
         pairs=pairs,
         positions=pairs * positions,
-        cpu_seconds=(counts.total() + len(opposite_files)) * _FILE_S + pairs * pair_seconds,
+        cpu_seconds=estimate_screening_seconds(
+            definition.theory,
+            has_filter=definition.filter_mm is not None,
+            files=counts.total() + len(opposite_files),
+            pairs=pairs,
+            shifts=len(definition.shifts_mm),
+            positions=positions,
+        ),
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
         unusable=list_reasons([profile for profile in profiles if not profile.candidate.copy_of], REFUSED, SUSPICIOUS),
         notes=describe_unusual_inputs([definition.case]),
     )
+
+
+def estimate_screening_seconds(
+    theory: ScreeningTheory, *, has_filter: bool, files: int, pairs: int, shifts: int, positions: int
+) -> float:
+    """Estimate the CPU time of reading and screening, without the start of processes.
+
+    Parameters
+    ----------
+    theory
+        Theory of the screening.
+    has_filter
+        Whether a filter is declared.
+    files, pairs
+        Numbers of files, and of pairs.
+    shifts, positions
+        Numbers of shifts, and of positions, of each pair.
+
+    Returns
+    -------
+    float
+        Time in s.
+    """
+    variants = _VARIANTS_WITH_FILTER if has_filter else _USUAL_VARIANTS
+    pair_seconds = _PAIR_S + variants * (shifts * _PLACE_S + positions * _POSITION_S[theory])
+    return files * _FILE_S + pairs * pair_seconds
 
 
 def describe_sample_size() -> str:

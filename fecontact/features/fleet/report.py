@@ -15,6 +15,7 @@ from fecontact.contact_theories.registry import THEORIES
 from fecontact.errors import FecontactError
 from fecontact.features.fleet.answer import FleetAnswer
 from fecontact.features.fleet.estimate import Share, count_needed_draws
+from fecontact.features.fleet.open_positions import ACCURACY, describe_open_causes
 from fecontact.features.fleet.sampling import HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.sealed_folder import (
     ANSWER,
@@ -26,6 +27,7 @@ from fecontact.features.fleet.sealed_folder import (
 from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
+from fecontact.jobs.remaining import format_duration
 from fecontact.judging.lines import OPEN_CAUSES
 from fecontact.outputs.case_words import SHIFT_LABEL
 from fecontact.outputs.figures.position import pair_figure
@@ -215,6 +217,8 @@ def explain_answer(answer: FleetAnswer) -> Iterator[str]:
         " `fecontact fleet sample FOLDER --finite-elements NUMBER` keeps earlier draws and prints the time before it"
         " solves."
     )
+    if answer.open_causes:
+        yield describe_open_causes(answer.open_causes, answer.new_screening_s)
     if answer.network:
         share = f"{format_percent(answer.network.low)} to {format_percent(answer.network.high)} %"
         yield f"If these wheels and rails are a random sample of a network, Hertz holds in {share} of its positions."
@@ -318,6 +322,12 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
     if answer.open_causes:
         title = "What would decide the unresolved contacts, in % of all contacts"
         yield make_table(title, _OPEN_CAUSE_COLUMNS, answer.open_causes)
+        yield (
+            "Finite elements are judged on the same profile variants as the screen: they decide most of the positions"
+            " that the accuracy of the screen leaves unresolved, and few of the others."
+        )
+        if answer.solution_time:
+            yield f"Finite elements take {answer.solution_time.words}."
     if answer.filters:
         yield make_table("Shares if one filter were declared (screen), in %", _FILTER_COLUMNS, answer.filters)
     yield make_table("Cheapest theory known to hold, in % of all contacts", _THEORY_COLUMNS, answer.theories)
@@ -448,11 +458,24 @@ _THEORY_COLUMNS = [
     number_column("positions", "positions"),
 ]
 _CAUSE_COLUMNS = [text_column("cause", "value", wraps=True), text_column("screen", "verdicts"), *_THEORY_COLUMNS[1:]]
+
+
+def _format_cpu_time(row: TableRecord) -> str | None:
+    """CPU time of finite elements at the positions of a cause that are not solved."""
+    seconds = row["elements_cpu_seconds"]
+    return None if is_missing(seconds) else format_duration(seconds)
+
+
 _OPEN_CAUSE_WORDS = {name: f"{name}: {words}" for name, words in OPEN_CAUSES.items()}
-_OPEN_CAUSE_WORDS["accuracy of the screen"] = "accuracy of the screen: finite elements"
+_OPEN_CAUSE_WORDS[ACCURACY] = f"{ACCURACY}: finite elements"
 _OPEN_CAUSE_COLUMNS = [
     text_column("decided by", lambda row: _OPEN_CAUSE_WORDS.get(row["value"], row["value"]), wraps=True),
     *_THEORY_COLUMNS[1:],
+    number_column("wheels", "wheels"),
+    number_column("rails", "rails"),
+    number_column("solved", "solved"),
+    number_column("decided\nby elements", "decided_by_elements"),
+    text_column("elements at the\nothers, CPU time", _format_cpu_time, "number", none="-"),
 ]
 _FILTER_COLUMNS = [
     number_column("filter\nmm", "filter_mm", "{:.1f}"),

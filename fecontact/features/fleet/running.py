@@ -260,12 +260,18 @@ def _find_relative_path(path: Path, folder: Path) -> str:
         return path.resolve().as_posix()
 
 
+def _describe_range(values: Sequence[float]) -> str:
+    """Smallest and largest of some numbers, or their common value."""
+    low, high = (f"{value:.4g}" for value in (min(values), max(values)))
+    return low if low == high else f"{low} to {high}"
+
+
 def _describe_population(fleet: Fleet, screened: FleetScreening) -> str:
     """Pairs, profiles and positions of the fleet in words."""
     selection = (
         "listed" if fleet.pairing.table else "drawn at random" if fleet.pairing.draw else "every wheel on every rail"
     )
-    ranges = [f"{min(values):.4g} to {max(values):.4g}" for values in zip(*fleet.positions, strict=True)]
+    ranges = [_describe_range(values) for values in zip(*fleet.positions, strict=True)]
     return (
         f"{count_text(screened.pairs, 'pair')} ({selection}) of the wheels {', '.join(fleet.wheels)} and rails"
         f" {', '.join(fleet.rails)}, each at {count_text(len(fleet.positions), 'position')} (shifts of"

@@ -101,12 +101,7 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
     with open_tables(folder) as tables:
         screen = digest_screen(read_json(folder / FLEET_RECORD))
         seed = _find_seed(tables, seed)
-        counts = _allocate_to_strata(tables, draws)
-        tables.execute("CREATE TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
-        for name, count in counts.items():
-            weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
-            tables.execute("INSERT INTO wanted VALUES (?, ?, ?)", [name, count, find_draw_scale(weights, count)])
-        rows = query_rows(tables, _SELECTED_POSITIONS, str(seed))
+        rows = select_positions(tables, draws, seed)
         earlier = {_read_position_key(row): row for row in query_rows(tables, "SELECT * FROM sample")}
     draw_number = 1 + max((row["draw"] for row in earlier.values()), default=0)
     # verdicts of earlier draws stay; weights and strata are those of the current screening
@@ -115,6 +110,31 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
     return FleetSample(
         rows=sample_rows, seed=seed, new=len(rows) - reused, dropped=len(earlier) - reused, screen=screen
     )
+
+
+def select_positions(tables: DuckDBPyConnection, draws: int, seed: int) -> list[Record]:
+    """Select positions at random, earlier draws included.
+
+    Parameters
+    ----------
+    tables
+        Database with the contacts and their strata in `screen`, and the positions of earlier draws in `drawn`.
+    draws
+        Number of positions in all.
+    seed
+        Seed of all draws.
+
+    Returns
+    -------
+    list of dict
+        Place, stratum, weight and inclusion probability of each position.
+    """
+    counts = _allocate_to_strata(tables, draws)
+    tables.execute("CREATE OR REPLACE TEMP TABLE wanted (stratum VARCHAR, draws INTEGER, scale DOUBLE)")
+    for name, count in counts.items():
+        weights = tables.execute("SELECT weight FROM screen WHERE stratum = ?", [name]).fetchnumpy()["weight"]
+        tables.execute("INSERT INTO wanted VALUES (?, ?, ?)", [name, count, find_draw_scale(weights, count)])
+    return query_rows(tables, _SELECTED_POSITIONS, str(seed))
 
 
 _SELECTED_POSITIONS = f"""
@@ -207,7 +227,7 @@ def make_cases(sample: FleetSample, case_of: CaseOf) -> tuple[Case, ...]:
 
 
 def _make_sample_columns(row: RowMapping) -> Record:
-    """Columns of a solved case in the sample: verdict, status, cause, folder, and deviations of Hertz.
+    """Columns of a solved case in the sample: verdict, status, cause, folder, CPU time, and deviations of Hertz.
 
     A certain failure counts although the finite elements must not be used; then the deviations are None.
     """
@@ -220,4 +240,4 @@ def _make_sample_columns(row: RowMapping) -> Record:
         if name.startswith("hertz_deviation_")
     }
     columns = {"fe_verdict": verdict, "fe_status": row["status"], "fe_cause": row.get("verdict_cause")}
-    return columns | {"fe_case": row["id"]} | deviations
+    return columns | {"fe_case": row["id"], "fe_cpu_seconds": row.get("cpu_seconds")} | deviations

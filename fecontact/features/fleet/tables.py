@@ -91,6 +91,7 @@ SAMPLE_COLUMNS: Mapping[str, StoredColumn] = {
     "seed": StoredColumn(kind="integer", required=True, filled=True),
     "draw": StoredColumn(kind="integer", required=True, filled=True),
     "fe_verdict": StoredColumn(kind="text", required=True, filled=True, choices=FE_ANSWERS),
+    "fe_cpu_seconds": _NUMBER,
 }
 """Columns of `sample.parquet` that the program reads."""
 _SQL_TYPES = {"text": "VARCHAR", "number": "DOUBLE"}

@@ -473,6 +473,7 @@ def case_row(result: CaseResult) -> Row:
     return load_row(result.load, result.placement) | {
         **_select_columns("of_case", flatten({"von_mises": to_plain(result.von_mises)})),
         "seconds": sum(result.effort.seconds.values()),
+        "cpu_seconds": result.effort.cpu_seconds,
         "peak_memory_MB": result.effort.peak_memory_MB,
         "warnings": "; ".join(result.notes),
     }
