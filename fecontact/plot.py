@@ -79,9 +79,7 @@ def case(
     >>> len(figure.axes)
     1
     """
-    refuse_width(width_mm)
-    if axes is not None and width_mm is not None:
-        raise InputError("width_mm is given with axes, which have the width of their figure; leave one of them out")
+    _refuse_sizes(axes, width_mm)
     fields, record = PressureFields.of(result.load), result_record(result)
     if axes is not None or field is not None:
         if axes is None:
@@ -100,7 +98,16 @@ def case(
     return figure
 
 
-def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "hertz") -> Figure:
+def map(
+    applicability_map: Any,
+    axes: Axes | None = None,
+    *,
+    measure: str = "pressure",
+    theory: str = "hertz",
+    width_mm: float | None = None,
+    title: bool = True,
+    numbers: bool = True,
+) -> Figure | SubFigure:
     """Draw a map over lateral shift and load, as in `map.png`.
 
     Parameters
@@ -113,6 +120,14 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
         measure of a feature, such as `force` or `t_gamma`.
     theory
         Theory of the pressure, for the measure `pressure`.
+    axes
+        Axes for the map. Without axes, a new figure is made.
+    width_mm
+        Width of a new figure in mm, such as 85 or 170 in a paper.
+    title
+        Whether the map has a title.
+    numbers
+        Whether cells have numbers. Narrow columns have letters alone.
 
     Returns
     -------
@@ -122,7 +137,8 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     Raises
     ------
     InputError
-        If the measure or the theory does not exist, and for the maps of several yaws.
+        If the measure or the theory does not exist, for the maps of several yaws, or if the width is outside its range
+        or given with axes.
 
     Examples
     --------
@@ -138,9 +154,26 @@ def map(applicability_map: Any, *, measure: str = "pressure", theory: str = "her
     """
     from fecontact.maps.files import draw_map_by_measure
 
-    figure = draw_map_by_measure(applicability_map, measure, theory, _make_figure)
-    show_text_literally(figure)
+    _refuse_sizes(axes, width_mm)
+    figure = draw_map_by_measure(
+        applicability_map,
+        measure,
+        theory,
+        _make_figure,
+        axes=axes,
+        width_mm=width_mm,
+        title=title,
+        numbers=numbers,
+    )
+    show_text_literally(figure if axes is None else axes)
     return figure
+
+
+def _refuse_sizes(axes: Axes | None, width_mm: float | None) -> None:
+    """Refuse a width outside its range, and a width in addition to axes."""
+    refuse_width(width_mm)
+    if axes is not None and width_mm is not None:
+        raise InputError("width_mm is given with axes, which have the width of their figure; leave one of them out")
 
 
 def _make_figure(width: float, height: float) -> Figure:

@@ -136,11 +136,6 @@ def count_factor_threads(unknowns: int) -> int:
     int
         A thread for each 25 thousand unknowns, at most the cores of this process; 0 leaves the number to MKL, if the
         environment has a number of threads.
-
-    Examples
-    --------
-    >>> count_factor_threads(10_000)
-    1
     """
     if any(name in os.environ for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS")):
         return 0

@@ -38,17 +38,20 @@ if TYPE_CHECKING:
 # --- The picture of a map: coloured columns over the load, a column for each lateral shift, with texts at the loads.
 
 # Font size in points below which the cells have letters alone, without numbers.
-_SMALLEST_FONT = 5.0
-# Inches: width of the legend, largest width of a column, least distance of two lines of text, largest height of the
-# axes.
-_LEGEND_WIDTH, _LARGEST_COLUMN_WIDTH, _LINE_HEIGHT, _LARGEST_HEIGHT = 3.6, 0.75, 0.19, 11.0
+_SMALLEST_FONT = 7.0
+# Inches: widths of a narrow and a wide picture, width of a column, width beside the columns, least distance of two
+# lines of text, smallest and largest height of the axes, and height of the title and the labels.
+_NARROW, _WIDE, _COLUMN_WIDTH, _SIDES = 6.2, 7.6, 0.55, 1.0
+_LINE_HEIGHT, _LEAST_HEIGHT, _LARGEST_HEIGHT, _LABELS_HEIGHT = 0.19, 2.6, 9.0, 1.3
+# Inches: height of a line of the legend, and width of a picture for two columns of the legend.
+_LEGEND_LINE, _TWO_COLUMNS = 0.22, 6.0
 # A text of the given number of characters (a % counts twice) needs this width in inches per point of the font. Longer
 # texts are smaller.
 _INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
 # Hatching of ranges that were not solved.
 _HATCHED: dict[str, Any] = {BETWEEN_VERDICTS: {"hatch": "////", "ec": "0.7"}}
-# Inches: margin on the left of the axes, and widths of a character of the title and of the label of an axis.
-_MARGIN, _TITLE_INCHES, _LABEL_INCHES = 1.0, 0.087, 0.075
+# Inches: width of a character of the title and of a small text.
+_TITLE_INCHES, _SMALL_INCHES = 0.085, 0.07
 _DASHES = ("--", ":")
 # The diamond has the colour of a theory that holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWER_COLOURS["HOLDS"], "mec": "k", "mew": 0.8}
@@ -58,7 +61,7 @@ Blank: TypeAlias = "Callable[[float, float], Figure]"
 """Function that makes an empty figure of a width and a height in inches."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class ColumnSizes:
     """Width of the axes in inches, and font sizes in points.
 
@@ -66,14 +69,15 @@ class ColumnSizes:
     ----------
     columns
         Number of columns side by side.
+    width
+        Width of all columns in inches.
+    numbers
+        Whether numbers are wanted.
     """
 
     columns: int
-
-    @property
-    def width(self) -> float:
-        """Width of the axes in inches."""
-        return float(np.clip(_LARGEST_COLUMN_WIDTH * self.columns, 4.5, 13.0))
+    width: float
+    numbers: bool = True
 
     @property
     def font(self) -> float:
@@ -93,13 +97,13 @@ class ColumnSizes:
         float
             Size in points, at most 9.5.
         """
-        characters = max(_FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
+        characters = len(text) + text.count("%") if text else _FULL_SIZE_CHARACTERS
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
     @property
     def has_numbers(self) -> bool:
-        """Whether the columns have room for numbers beside the letters."""
-        return self.font >= _SMALLEST_FONT
+        """Whether the columns have numbers beside the letters: they are wanted and have room."""
+        return self.numbers and self.font >= _SMALLEST_FONT
 
 
 def save_map_figure(view: MapView, path: str | Path) -> Path:
@@ -107,7 +111,9 @@ def save_map_figure(view: MapView, path: str | Path) -> Path:
     return save_figure(draw_map(view), path)
 
 
-def draw_map_by_measure(applicability_map: MapResult, measure: str, theory: str, blank: Blank) -> Figure:
+def draw_map_by_measure(
+    applicability_map: MapResult, measure: str, theory: str, blank: Blank, **options: Any
+) -> Figure:
     """Draw a map by a measure and a theory.
 
     Parameters
@@ -120,6 +126,8 @@ def draw_map_by_measure(applicability_map: MapResult, measure: str, theory: str,
         Name of a theory of the pressure.
     blank
         Function that makes the empty figure.
+    **options
+        Further options of `draw_map`.
 
     Returns
     -------
@@ -137,15 +145,24 @@ def draw_map_by_measure(applicability_map: MapResult, measure: str, theory: str,
             f" them, such as select_yaw({format_yaw(applicability_map.yaws_mrad[0])})"
         )
     refuse_measure(applicability_map.case, measure, theory)
-    return draw_map(build_map_view(applicability_map, measure, theory), blank)
+    return draw_map(build_map_view(applicability_map, measure, theory), blank, **options)
 
 
-def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
+def draw_map(
+    view: MapView,
+    blank: Blank = blank_figure,
+    *,
+    axes: Axes | None = None,
+    width_mm: float | None = None,
+    title: bool = True,
+    numbers: bool = True,
+) -> Figure:
     """Draw a map over lateral shift and load.
 
     The load axis is linear. The colour of a column changes at the loads at which the answer changes, as far as these
-    loads are determined. Each load of the map has the text of its cell. Every other solved load is a tick at both sides
-    of its column. For a symmetric wheelset the upper axis shows the other wheel.
+    loads are determined. Each load of the map has the text of its cell, without a number if the columns are too narrow
+    to read it. Every other solved load is a tick at both sides of its column. For a symmetric wheelset the upper axis
+    shows the other wheel.
 
     Parameters
     ----------
@@ -153,18 +170,35 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
         View of the map.
     blank
         Function that makes the empty figure.
+    axes
+        Axes for the map; a new figure is made if they are not given.
+    width_mm
+        Width of a new figure in mm; it follows the number of shifts if it is not given.
+    title
+        Whether the map has a title.
+    numbers
+        Whether cells have numbers where they have room.
 
     Returns
     -------
     Figure
         Figure with the picture.
     """
-    case, loads = view.case, np.array(view.loads_N) / 1e3
+    loads = np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
     width = column_width([column.shift_mm for column in view.columns])
-    sizes = ColumnSizes(1 + round(float(np.ptp(shifts)) / width))
-    figure = blank(sizes.width + _LEGEND_WIDTH, _compute_height(loads))
-    ax = figure.add_subplot()
+    columns = 1 + round(float(np.ptp(shifts)) / width)
+    inches = float(np.clip(_SIDES + _COLUMN_WIDTH * columns, _NARROW, _WIDE)) if width_mm is None else width_mm / 25.4
+    if axes is not None:
+        inches = _SIDES + axes.get_window_extent().width / axes.figure.dpi
+    sizes = ColumnSizes(columns=columns, width=inches - _SIDES, numbers=numbers)
+    handles = _build_legend(view, sizes)
+    if axes is None:
+        legend_height = _LEGEND_LINE * (len(handles) // _count_legend_columns(inches) + 2)
+        figure = blank(inches, _compute_height(loads, sizes) + _LABELS_HEIGHT + legend_height)
+        ax = figure.add_subplot()
+    else:
+        ax = axes
     ends, reach = _compute_load_range(loads), 0.5 * width
     for shift, column in zip(shifts, view.columns, strict=True):
         sides = (shift - reach, shift + reach)
@@ -178,18 +212,47 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
             _draw_text(ax, cell, _choose_colour(cell, view.colours), shift, sizes)
     ax.set_xlim(shifts[0] - reach, shifts[-1] + reach)
     ax.set(ylim=ends, yticks=loads)
-    ax.legend(
-        handles=_build_legend(view, sizes), loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, fontsize=9
-    )
-    # The title starts at the left: a narrow map is shorter than its title, and the legend leaves room.
-    yaw_text = "" if view.yaw_mrad is None else f", yaw {format_yaw(view.yaw_mrad)} mrad"
-    title = f"{pair_words(case)}, {roll_words(case)}{yaw_text}:\n{view.title},\n{view.preposition} {view.criterion}"
-    ax.set_title(_wrap_lines(title, (sizes.width + _LEGEND_WIDTH - _MARGIN) / _TITLE_INCHES), x=0.0, ha="left")
-    ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
+    _add_words(ax, view, handles, inches, title=title)
+    return ax.figure  # type: ignore[return-value]
+
+
+def _add_words(ax: Axes, view: MapView, handles: Sequence[Any], inches: float, *, title: bool) -> None:
+    """Add title, labels and legend to a map of a width in inches; the legend is below the map."""
+    from matplotlib import rcParams, rcParamsDefault
+
+    case, points = view.case, float(rcParams["font.size"]) / float(rcParamsDefault["font.size"])
+    title_letters, small_letters = inches / (points * _TITLE_INCHES), (inches - _SIDES) / (points * _SMALL_INCHES)
+    if title:
+        yaw_text = "" if view.yaw_mrad is None else f", yaw {format_yaw(view.yaw_mrad)} mrad"
+        words = f"{pair_words(case)}{yaw_text}: {view.title}"
+        ax.set_title(_wrap_lines(words, title_letters), x=0.0, ha="left", fontsize="medium")
+    ax.set_xlabel(_wrap_lines(shift_label(case), small_letters), fontsize="small")
+    ax.set_ylabel(f"{case.load_kind} load in kN", fontsize="small")
     if label := other_wheel_label(case):
         upper_axis = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
-        upper_axis.set_xlabel(_wrap_lines(label, (sizes.width + 2.0 * _MARGIN) / _LABEL_INCHES))
-    return figure
+        upper_axis.set_xlabel(_wrap_lines(label, small_letters), fontsize="small")
+    conditions = _wrap_lines(f"{roll_words(case)}; {view.preposition} {view.criterion}", small_letters)
+    legend_style: dict[str, Any] = {
+        "handles": handles,
+        "ncols": _count_legend_columns(inches),
+        "columnspacing": 1.0,
+        "handlelength": 1.6,
+        "fontsize": "small",
+        "frameon": False,
+        "title": conditions,
+        "title_fontsize": "small",
+        "alignment": "left",
+    }
+    if len(ax.figure.axes) == 1 and ax.figure.get_layout_engine() is not None:
+        ax.figure.legend(loc="outside lower left", **legend_style)
+    else:
+        below = -1.3 * _LABELS_HEIGHT * points * ax.figure.dpi / ax.get_window_extent().height
+        ax.legend(loc="upper left", bbox_to_anchor=(0.0, below), borderaxespad=0.0, **legend_style)
+
+
+def _count_legend_columns(inches: float) -> int:
+    """Number of columns of the legend of a picture of a width in inches."""
+    return 2 if inches >= _TWO_COLUMNS else 1
 
 
 def _wrap_lines(text: str, characters: float) -> str:
@@ -274,17 +337,18 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
     ]
 
 
-def _compute_height(loads: Floats) -> float:
-    """Height of the figure in inches, within bounds; the closest loads have a line of text each."""
+def _compute_height(loads: Floats, sizes: ColumnSizes) -> float:
+    """Height of the axes in inches, within bounds; the closest loads have a line of text each."""
     if loads.size < 2:
-        return 4.0
+        return _LEAST_HEIGHT
     bottom, top = _compute_load_range(loads)
-    return float(np.clip(_LINE_HEIGHT * (top - bottom) / np.diff(loads).min(), 4.6, _LARGEST_HEIGHT)) + 1.6
+    height = _LINE_HEIGHT * (top - bottom) / np.diff(loads).min()
+    return float(np.clip(height, max(_LEAST_HEIGHT, 0.45 * sizes.width), _LARGEST_HEIGHT))
 
 
 def _compute_load_range(loads: Floats) -> tuple[float, float]:
     """Range of the load axis in kN, with room for texts at both ends."""
-    room = 0.05 * float(np.ptp(loads)) or 0.5
+    room = 0.08 * float(np.ptp(loads)) or 0.5
     return max(0.0, float(loads[0]) - room), float(loads[-1]) + room
 
 

@@ -68,7 +68,6 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
     name, other_theories = (words, describe_ellipse_theories(applicability_map)) if is_hertz else ("it", "")
     cells = {cell: _build_verdict_cell(cell, theory) for cell in applicability_map.cells}
     limits = applicability_map.case.criteria.limits
-    has_separate_load = any("%" in cell.text for cell in cells.values())
     return _build_view(
         applicability_map,
         cells,
@@ -77,8 +76,7 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
         {cause: mark for cause, mark in CAUSES.items() if is_hertz},
         title=f"where {words} holds{describe_bodies(applicability_map, is_hertz)}",
         criterion=limits_text(applicability_map.case.criteria),
-        number=f"limit utilisation of {name};\nabove 1 it does not hold"
-        + "\n%: load on separate patches" * has_separate_load,
+        number=f"limit utilisation of {name};\nabove 1 it does not hold",
         notes=[
             f"{_SIGN_WORDS} could not be solved; peak pressure, deviation of {words} from FE in %",
             f"decided by {', '.join(f'{MEASURE_WORDS[key].letter} {MEASURE_WORDS[key].short}' for key in limits)}",
@@ -382,10 +380,10 @@ def _build_cell_view(
 
 
 def _format_number(judgement: JudgedLoad | Judgement) -> str:
-    """Limit utilisation as a text; for load on separate patches, the load in percent.
+    """Limit utilisation as a text; empty if load on separate patches decides.
 
     The limit of load on separate patches is close to zero, so its utilisation says little.
     """
     if judgement.verdict.measure != SEPARATE_LOAD or judgement.verdict.answer == "HOLDS":
         return format_utilisation(judgement.limit_utilisation)
-    return f"{1e2 * judgement.deviation[SEPARATE_LOAD]:.2g}%"
+    return ""

@@ -180,7 +180,7 @@ def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatc
         replace(view, columns=tuple(replace(column, lines=[(60.0, words)]) for column in view.columns)), "unused.png"
     )
     (ax,) = figures[0].axes
-    assert words in [text.get_text() for text in ax.get_legend().get_texts()]
+    assert words in [text.get_text() for text in ax.figure.legends[0].get_texts()]
 
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch):
@@ -194,7 +194,7 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch
         for answer in ("HOLDS", BETWEEN_VERDICTS, "FAILS", "FAILS", "failed")
     ]
     assert [text.get_text() for text in ax.texts] == ["0.20", "0.80", "1.8 D", *["4.0 F"] * 3, *"!!!"]
-    legend = " ".join(text.get_text().replace("\n", " ") for text in ax.get_legend().get_texts())
+    legend = " ".join(text.get_text().replace("\n", " ") for text in ax.figure.legends[0].get_texts())
     for words in (
         "centre of pressure away from the contact point",
         "shape of the patch",
@@ -202,7 +202,8 @@ def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch
         "no usable result",
     ):
         assert words in legend
-    assert "5 % of µN, friction 0.3, creepages up to 2 %" in ax.get_title()
+    conditions = " ".join(ax.figure.legends[0].get_title().get_text().split())
+    assert "5 % of µN, friction 0.3, creepages up to 2 %" in conditions
     # one picture is both wheels
     assert [axis.get_xlabel()[:11] for axis in ax.child_axes] == ["right wheel"]
 

@@ -94,13 +94,14 @@ def test_the_legend_explains_what_is_in_the_picture_and_nothing_else(errors):
     view = build_number_view(errors, T_GAMMA_MAP)
     figure = draw_map(view)
     (ax,) = figure.axes
-    legend = [text.get_text() for text in ax.get_legend().get_texts()]
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
     texts = {text.get_text() for text in ax.texts}
     assert {"+25.0", "(+1.5)", "+3.0?", "-", "!"} <= texts
     for words in ("smaller than its uncertainty", "its uncertainty is unknown", "deviation of Hertz in %"):
         assert any(words in text for text in legend)
     assert "10 to 20 % too low" not in legend
-    assert "at friction 0.3, creepages of the wheelset" in ax.get_title()
+    conditions = " ".join(figure.legends[0].get_title().get_text().split())
+    assert "at friction 0.3, creepages of the wheelset" in conditions
     certain = build_number_view(planted_map((planted_cell(LOADS[0], 9.0),)), T_GAMMA_MAP)
     assert [words for _, words in certain.answers] == ["5 to 10 % too high"]
     assert certain.marks == []

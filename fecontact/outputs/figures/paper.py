@@ -93,7 +93,18 @@ def draw_field(
 
 
 def measure_paper_case(width_mm: float) -> tuple[float, float]:
-    """Width and height in inches of a picture with a width in mm."""
+    """Width and height in inches of a picture with a width in mm.
+
+    Parameters
+    ----------
+    width_mm
+        Width in mm.
+
+    Returns
+    -------
+    tuple of float
+        Width and height in inches.
+    """
     width = width_mm / MM_PER_INCH
     return width, width * _HEIGHT_TO_WIDTH[width_mm >= _TWO_COLUMNS_MM]
 
