@@ -42,6 +42,10 @@ _SMALLEST_FONT = 5.0
 # Inches: width of the legend, largest width of a column, least distance of two lines of text, largest height of the
 # axes.
 _LEGEND_WIDTH, _LARGEST_COLUMN_WIDTH, _LINE_HEIGHT, _LARGEST_HEIGHT = 3.6, 0.75, 0.19, 11.0
+# Largest widths of the axes in inches. A page of 700 pixels shows the numbers of the compact picture legibly.
+_LARGEST_WIDTH, _LARGEST_COMPACT_WIDTH = 13.0, 8.0
+# Relative luminance of a colour below which a text on it is white.
+_DARK = 0.18
 # A text of the given number of characters (a % counts twice) needs this width in inches per point of the font. Longer
 # texts are smaller.
 _INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
@@ -49,6 +53,8 @@ _INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
 _HATCHED: dict[str, Any] = {BETWEEN_VERDICTS: {"hatch": "////", "ec": "0.7"}}
 # Inches: margin on the left of the axes, and widths of a character of the title and of the label of an axis.
 _MARGIN, _TITLE_INCHES, _LABEL_INCHES = 1.0, 0.087, 0.075
+# Font size of a title in points, for which a character has the width above.
+_TITLE_SIZE = 12.0
 _DASHES = ("--", ":")
 # The diamond has the colour of a theory that holds.
 _DIAMOND: dict[str, Any] = {"ls": "none", "marker": "D", "mfc": ANSWER_COLOURS["HOLDS"], "mec": "k", "mew": 0.8}
@@ -66,14 +72,18 @@ class ColumnSizes:
     ----------
     columns
         Number of columns side by side.
+    is_compact
+        Whether the texts are short.
     """
 
     columns: int
+    is_compact: bool = False
 
     @property
     def width(self) -> float:
         """Width of the axes in inches."""
-        return float(np.clip(_LARGEST_COLUMN_WIDTH * self.columns, 4.5, 13.0))
+        largest = _LARGEST_COMPACT_WIDTH if self.is_compact else _LARGEST_WIDTH
+        return float(np.clip(_LARGEST_COLUMN_WIDTH * self.columns, 4.5, largest))
 
     @property
     def font(self) -> float:
@@ -93,7 +103,7 @@ class ColumnSizes:
         float
             Size in points, at most 9.5.
         """
-        characters = max(_FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
+        characters = max(4 if self.is_compact else _FULL_SIZE_CHARACTERS, len(text) + text.count("%"))
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
     @property
@@ -162,7 +172,7 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
     case, loads = view.case, np.array(view.loads_N) / 1e3
     shifts = np.array([column.shift_mm for column in view.columns])
     width = column_width([column.shift_mm for column in view.columns])
-    sizes = ColumnSizes(1 + round(float(np.ptp(shifts)) / width))
+    sizes = ColumnSizes(1 + round(float(np.ptp(shifts)) / width), view.is_compact)
     figure = blank(sizes.width + _LEGEND_WIDTH, _compute_height(loads))
     ax = figure.add_subplot()
     ends, reach = _compute_load_range(loads), 0.5 * width
@@ -184,7 +194,10 @@ def draw_map(view: MapView, blank: Blank = blank_figure) -> Figure:
     # The title starts at the left: a narrow map is shorter than its title, and the legend leaves room.
     yaw_text = "" if view.yaw_mrad is None else f", yaw {format_yaw(view.yaw_mrad)} mrad"
     title = f"{pair_words(case)}, {roll_words(case)}{yaw_text}:\n{view.title},\n{view.preposition} {view.criterion}"
-    ax.set_title(_wrap_lines(title, (sizes.width + _LEGEND_WIDTH - _MARGIN) / _TITLE_INCHES), x=0.0, ha="left")
+    # A long title of a narrow map is smaller, so that it is not cut off.
+    characters = (sizes.width + _LEGEND_WIDTH - _MARGIN) / _TITLE_INCHES
+    size = _TITLE_SIZE * min(1.0, characters / max(map(len, title.split("\n"))))
+    ax.set_title(title, x=0.0, ha="left", fontsize=size)
     ax.set(xlabel=shift_label(case), ylabel=f"{case.load_kind} load in kN")
     if label := other_wheel_label(case):
         upper_axis = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
@@ -267,7 +280,7 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
     marks = [("$-$", "solved at this load")]
     if sizes.has_numbers:
         has_further_loads = any(column.further_kN for column in view.columns)
-        marks = [("$-$", "additional solved load")] * has_further_loads + [("$0.5$", view.number)]
+        marks = [("$-$", "additional solved load")] * has_further_loads + [(f"${view.number_example}$", view.number)]
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
         for mark, label in (*marks, *view.marks)
@@ -344,6 +357,16 @@ def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
     return to_hex(LinearSegmentedColormap.from_list("share", ends)(cell.share))
 
 
+def _is_dark(colour: str) -> bool:
+    """Whether a colour is too dark for a black text, by its relative luminance (WCAG 2.1)."""
+    from matplotlib.colors import to_rgb
+
+    linear = np.array(
+        [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in to_rgb(colour)]
+    )
+    return bool(linear @ (0.2126, 0.7152, 0.0722) < _DARK)
+
+
 def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: ColumnSizes) -> None:
     """Draw the text of a cell on its colour.
 
@@ -357,6 +380,7 @@ def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: Co
         va="center",
         fontsize=max(sizes.font_of(text), 6.0),
         weight="bold" if cell.bold else "normal",
+        color="w" if _is_dark(colour) else "k",
         bbox={"fc": colour, "ec": "none", "pad": 0.6},
     )
     if cell.diamond:
