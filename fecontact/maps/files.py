@@ -45,9 +45,11 @@ _NARROW, _WIDE, _COLUMN_WIDTH, _SIDES = 6.2, 7.6, 0.55, 1.0
 _LINE_HEIGHT, _LEAST_HEIGHT, _LARGEST_HEIGHT, _LABELS_HEIGHT = 0.19, 2.6, 9.0, 1.3
 # Inches: height of a line of the legend, and width of a picture for two columns of the legend.
 _LEGEND_LINE, _TWO_COLUMNS = 0.22, 6.0
+# Relative luminance of a colour below which a text on it is white.
+_DARK = 0.18
 # A text of the given number of characters (a % counts twice) needs this width in inches per point of the font. Longer
 # texts are smaller.
-_INCHES_PER_POINT, _FULL_SIZE_CHARACTERS = 0.055, 6
+_INCHES_PER_POINT, _FULL_SIZE_CHARACTERS, _COMPACT_CHARACTERS = 0.055, 6, 4
 # Hatching of ranges that were not solved.
 _HATCHED: dict[str, Any] = {BETWEEN_VERDICTS: {"hatch": "////", "ec": "0.7"}}
 # Inches: width of a character of the title and of a small text.
@@ -73,11 +75,14 @@ class ColumnSizes:
         Width of all columns in inches.
     numbers
         Whether numbers are wanted.
+    is_compact
+        Whether the texts are short.
     """
 
     columns: int
     width: float
     numbers: bool = True
+    is_compact: bool = False
 
     @property
     def font(self) -> float:
@@ -97,7 +102,8 @@ class ColumnSizes:
         float
             Size in points, at most 9.5.
         """
-        characters = len(text) + text.count("%") if text else _FULL_SIZE_CHARACTERS
+        least = _COMPACT_CHARACTERS if self.is_compact else _FULL_SIZE_CHARACTERS
+        characters = len(text) + text.count("%") if text else least
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
     @property
@@ -191,7 +197,7 @@ def draw_map(
     inches = float(np.clip(_SIDES + _COLUMN_WIDTH * columns, _NARROW, _WIDE)) if width_mm is None else width_mm / 25.4
     if axes is not None:
         inches = _SIDES + axes.get_window_extent().width / axes.figure.dpi
-    sizes = ColumnSizes(columns=columns, width=inches - _SIDES, numbers=numbers)
+    sizes = ColumnSizes(columns=columns, width=inches - _SIDES, numbers=numbers, is_compact=view.is_compact)
     handles = _build_legend(view, sizes)
     if axes is None:
         legend_height = _LEGEND_LINE * (len(handles) // _count_legend_columns(inches) + 2)
@@ -330,7 +336,7 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
     marks = [("$-$", "solved at this load")]
     if sizes.has_numbers:
         has_further_loads = any(column.further_kN for column in view.columns)
-        marks = [("$-$", "additional solved load")] * has_further_loads + [("$0.5$", view.number)]
+        marks = [("$-$", "additional solved load")] * has_further_loads + [(f"${view.number_example}$", view.number)]
     return handles + [
         Line2D([], [], ls="none", marker=mark, color="k", ms=16 if any(map(str.isdigit, mark)) else 8, label=label)
         for mark, label in (*marks, *view.marks)
@@ -408,6 +414,16 @@ def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
     return to_hex(LinearSegmentedColormap.from_list("share", ends)(cell.share))
 
 
+def _is_dark(colour: str) -> bool:
+    """Whether a colour is too dark for a black text, by its relative luminance (WCAG 2.1)."""
+    from matplotlib.colors import to_rgb
+
+    linear = np.array(
+        [value / 12.92 if value <= 0.04045 else ((value + 0.055) / 1.055) ** 2.4 for value in to_rgb(colour)]
+    )
+    return bool(linear @ (0.2126, 0.7152, 0.0722) < _DARK)
+
+
 def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: ColumnSizes) -> None:
     """Draw the text of a cell on its colour.
 
@@ -421,6 +437,7 @@ def _draw_text(ax: Axes, cell: CellView, colour: str, shift_mm: float, sizes: Co
         va="center",
         fontsize=max(sizes.font_of(text), 6.0),
         weight="bold" if cell.bold else "normal",
+        color="w" if _is_dark(colour) else "k",
         bbox={"fc": colour, "ec": "none", "pad": 0.6},
     )
     if cell.diamond:

@@ -56,10 +56,12 @@ def build_number_view(applicability_map: ApplicabilityMap, number: NumberReading
         title=number.title,
         criterion=criterion,
         preposition="at",
+        number_example="+7",
+        is_compact=True,
         colours={name: colour for name, (colour, _) in scale.items()},
         answers=[(name, words) for name, (_, words) in scale.items() if name in drawn_answers],
         marks=[
-            *[("$(0.5)$", small_words)] * has_brackets,
+            *[("$(1)$", small_words)] * has_brackets,
             *[("$?$", unknown_words)] * has_unknown,
             *(marks[name] for name in marks if name in drawn_answers),
         ],
@@ -168,12 +170,18 @@ def _build_cell(cell: MapCell, number: NumberReadingView) -> CellView:
         return CellView(load_kN=cell.load_kN, answer=_LOST, text="!", letter="!")
     if reading.deviation_percent is None:
         return CellView(load_kN=cell.load_kN, answer=_WITHOUT, text="-", letter="-")
-    text = f"{reading.deviation_percent:+z.1f}{'?' if reading.uncertainty_percent is None else ''}"
+    texts = [f"{reading.deviation_percent:+z.{decimals}f}" for decimals in (0, 1)]
+    if reading.uncertainty_percent is None:
+        texts = [f"{text}?" for text in texts]
+    elif _is_uncertain(reading):
+        texts = [f"({text})" for text in texts]
+    drawn_text, printed_text = texts
     return CellView(
         load_kN=cell.load_kN,
         answer=_choose_step(reading.deviation_percent),
-        text=f"({text})" if _is_uncertain(reading) else text,
+        text=drawn_text,
         letter="",
+        printed=printed_text,
     )
 
 

@@ -132,6 +132,10 @@ class MapView:
         Lines below the table.
     yaw_mrad
         Yaw in the title of the picture; None for a title without a yaw.
+    number_example
+        Number that stands for the numbers of the cells in the legend.
+    is_compact
+        Whether the texts of cells are so short that the picture of many shifts can be narrower.
     """
 
     case: Case
@@ -146,6 +150,8 @@ class MapView:
     notes: Sequence[str]
     diamond: str = ""
     yaw_mrad: float | None = None
+    number_example: str = "0.5"
+    is_compact: bool = False
     preposition: str = "within"
 
     @property

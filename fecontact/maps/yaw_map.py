@@ -33,6 +33,13 @@ class YawMap:
     def __repr__(self) -> str:
         return f"<YawMap at {join_yaws(self.yaws_mrad)}: {', '.join(map(repr, self.maps))}>"
 
+    def _repr_html_(self) -> str:
+        """Table of the verdicts over shift and load for each yaw, for a notebook."""
+        return "".join(
+            f"<p>Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad</p>{single_map._repr_html_()}"
+            for single_map in self.maps
+        )
+
     def __len__(self) -> int:
         return len(self.cells)
 

@@ -289,6 +289,9 @@ def test_pictures_and_data_sets_are_of_one_yaw_or_have_the_yaw_as_an_axis(plante
         match=r"maps at 0, 5 and 10 mrad, and a picture shows one yaw; give one of them, such as select_yaw\(0\)",
     ):
         fecontact.plot.map(planted)
+    page = planted._repr_html_()
+    assert [page.count(f"<p>Yaw {yaw} mrad</p>") for yaw in (0, 5, 10, 7)] == [1, 1, 1, 0]
+    assert page.count("<table") == 3
     pytest.importorskip("xarray")
     data_set = fecontact.to_xarray(planted)
     assert dict(data_set.sizes) == {"lateral_shift_mm": 2, "yaw_mrad": 3, "load_kN": 1}
