@@ -220,7 +220,7 @@ def test_pair_geometry_have_a_line_of_geometry_above_the_ellipse(tmp_path, capsy
     [("csv", None, True), ("csv", 460.0, True), ("csv", 450.0, False), ("whl", None, False), ("library", None, False)],
 )
 def test_a_rolling_radius_that_is_the_default_is_marked(content, radius, is_marked, tmp_path, capsys):
-    """The file of a worn wheel rarely has a diameter, and 460 mm may be far from it."""
+    """Files of wheels rarely have a diameter, and 460 mm may be wrong."""
     write_examples(tmp_path, with_miniprof=True)
     pair = ["--rail", str(tmp_path / "rail.csv"), "--wheel", "S1002"]
     if content != "library":

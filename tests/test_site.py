@@ -133,7 +133,7 @@ def test_the_cells_of_a_notebook_share_names_and_show_outputs_and_pictures(tmp_p
 
 @pytest.mark.slow
 def test_the_notebook_of_the_decision_has_the_answers_of_the_commands(tmp_path, capsys):
-    """From a file to the settings: the numbers of its cells are those of `fecontact hertz --set-in`."""
+    """From a file to the settings: `fecontact hertz --set-in` prints equal numbers."""
     pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
     page = pages.run_notebook(ROOT / "studies" / "decision.ipynb", tmp_path)
     assert "rolling radius 460.0 mm" in page

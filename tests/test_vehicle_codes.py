@@ -385,10 +385,12 @@ def holding(record, *names):
 def test_a_code_without_the_cheapest_theory_has_the_next_one(code, names, expected, elliptic_quick):
     record = holding(result_record(elliptic_quick), *names)
     lines = texts(code, settings_of_result(elliptic_quick.case, record))
-    found = next((line for line, before in zip(lines[1:], lines, strict=False) if "was found there:" in before), "")
+    next_theory = next(
+        (line for line, before in zip(lines[1:], lines, strict=False) if "was found there:" in before), ""
+    )
     assert lines[1].startswith(f"  {names[0]}: ")
-    assert found.startswith(f"  {expected}: " if expected else "")
-    assert bool(found) == bool(expected)
+    assert next_theory.startswith(f"  {expected}: " if expected else "")
+    assert bool(next_theory) == bool(expected)
     assert any(
         line.startswith(f"No theory that holds here was found in public documentation of {code}") for line in lines
     ) == (expected == "")

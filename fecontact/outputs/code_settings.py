@@ -182,7 +182,10 @@ def settings_of_result(case: Case, record: TableRecord) -> PositionSettings:
 
 
 def _holding_theories(case: Case, record: TableRecord) -> tuple[str, ...]:
-    """Names of the theories that hold, the cheapest first, without theories whose range the criteria exclude."""
+    """Names of the theories that hold, the cheapest first.
+
+    Theories out of their range are left out, unless the criteria include them.
+    """
     answers = {
         name: elastic_record(record)["verdict"]["answer"] if name == HERTZ else theory["verdict"]["answer"]
         for name, theory in judged_theories(record).items()

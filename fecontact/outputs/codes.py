@@ -110,7 +110,7 @@ class VehicleCode:
         return tuple(statement for statement in self.statements if theory in statement.theories)
 
     def has_theory(self, theory: str) -> bool:
-        """Whether public documentation says that the code has a theory.
+        """Whether the code has a theory, according to public documentation.
 
         Parameters
         ----------

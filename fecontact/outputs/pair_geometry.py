@@ -78,7 +78,7 @@ def pair_geometry_lines(record: TableRecord) -> list[str]:
 
 
 def _default_radius_words(case: Case) -> str:
-    """Words for a rolling radius that is the default, because the wheel's file has no diameter."""
+    """Words for the default rolling radius of a wheel file without a diameter."""
     if is_short_form(case.wheel) or is_library_name(case.wheel):
         return ""
     if case.rolling_radius_mm != ROLLING_RADIUS_MM or radius_of_file_mm(case.wheel) is not None:

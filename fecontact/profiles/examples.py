@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.bodies import ROLLING_RADIUS_MM
 from fecontact.files import refuse_different_files, write_text
 from fecontact.profiles.library import load_library_profile
 from fecontact.profiles.readers.instrument_header import measure_flange
@@ -19,6 +18,7 @@ _WEAR_HALF_WIDTH_MM = 25.0
 _WEAR_MIDDLE_MM = {"60E1": -12.0, "S1002": 0.0}
 # Distance of the tape circle of S1002 from the back of the flange.
 _TAPE_CIRCLE_MM = 70.0
+_DIAMETER_MM = 920.0
 
 
 def make_measured_points(name: str, *, seed: int = 1) -> Floats:
@@ -150,7 +150,7 @@ def write_examples(folder: Path, *, force: bool = False, with_miniprof: bool = F
         for body, name in (("rail", "60E1"), ("wheel", "S1002"))
     }
     if with_miniprof:
-        wheel_text = format_wheel_file(make_measured_points("S1002"), 2.0 * ROLLING_RADIUS_MM)
+        wheel_text = format_wheel_file(make_measured_points("S1002"), _DIAMETER_MM)
         contents[folder / "wheel.whl"] = wheel_text
     if not force:
         refuse_different_files(contents.items(), "profiles --examples", "give another folder, or --force")

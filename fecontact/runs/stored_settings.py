@@ -17,7 +17,9 @@ from fecontact.runs.stored_folder import describe_unusable_result
 
 
 def refuse_map(folder: Path) -> None:
-    """Refuse the folder of a map, whose cells are not stored with their contact points.
+    """Refuse the folder of a map.
+
+    The cells of a map are not stored with their contact points.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ def refuse_map(folder: Path) -> None:
 def read_settings(
     folder: Path, criteria: Criteria, creep: Creep | None = None
 ) -> Iterator[tuple[str, PositionSettings]]:
-    """Iterate over the cases of a stored study, or over a single stored case, for a vehicle-dynamics code.
+    """Iterate over the settings of the cases of a stored study or case.
 
     Parameters
     ----------

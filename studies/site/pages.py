@@ -173,7 +173,7 @@ def fenced(text: str) -> str:
 
 
 def run_notebook(path: Path, folder: Path) -> str:
-    """Run the cells of a notebook in order, and return its page with outputs and pictures.
+    """Run the cells of a notebook in order, and return its page with outputs.
 
     Parameters
     ----------
