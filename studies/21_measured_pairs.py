@@ -36,7 +36,9 @@ position with a second patch (0.72 %).
 """
 
 import csv
+import re
 import sys
+import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, replace
@@ -74,6 +76,9 @@ COVERED = {"p": "p_max_MPa", "area": "area_mm2", "a": "a_mm", "b": "b_mm"}
 # the first fraction of a cell (measured on five Hertz ellipses: 0.09 to 0.16). Their peak is lower by up to the second
 # fraction.
 CELLS_OUTSIDE, CELLS_LOWER = 0.13, 0.002
+# Digits to which the points of files are rounded, and a line of a point in the files.
+ROUNDED_DIGITS = 2
+POINT_LINE = re.compile(r"(?m)^(\s*)(-?\d+\.?\d*)(\s+)(-?\d+\.?\d*)(?=\s)")
 
 
 @dataclass(frozen=True)
@@ -211,6 +216,55 @@ def positions() -> list[Position]:
             )
             for row in csv.DictReader(file)
         ]
+
+
+def round_file(path: Path, folder: Path, offset_mm: tuple[float, float] = (0.0, 0.0)) -> Path:
+    """Copy of a file of points with coordinates of `ROUNDED_DIGITS` digits.
+
+    Parameters
+    ----------
+    path
+        File of an instrument.
+    folder
+        Folder of the copy.
+    offset_mm
+        Displacement of all points before rounding (mm), which changes all errors of rounding.
+
+    Returns
+    -------
+    Path
+        Copy.
+    """
+
+    def round_point(match: re.Match[str]) -> str:
+        y, z = (float(match[k]) + offset for k, offset in zip((2, 4), offset_mm, strict=True))
+        return f"{match[1]}{y:.{ROUNDED_DIGITS}f}{match[3]}{z:.{ROUNDED_DIGITS}f}"
+
+    copy = folder / path.name
+    copy.write_text(POINT_LINE.sub(round_point, path.read_text(encoding="latin-1")), encoding="latin-1")
+    return copy
+
+
+def round_positions(folder: Path, offset_mm: tuple[float, float] = (0.0, 0.0)) -> list[Position]:
+    """All positions solved by CONTACT, with rounded points in the files."""
+    rounded = {path: str(round_file(Path(path), folder, offset_mm)) for path in _list_files()}
+    return [
+        replace(
+            position,
+            case=replace(
+                position.case,
+                rail=rounded.get(position.case.rail, position.case.rail),
+                wheel=rounded.get(position.case.wheel, position.case.wheel),
+            ),
+        )
+        for position in positions()
+    ]
+
+
+def _list_files() -> set[str]:
+    return {str(MEASURED / name) for pair in PAIRS.values() for name in (pair.rail, pair.wheel)} & {
+        str(path) for path in MEASURED.iterdir()
+    }
 
 
 def _deviations(row: dict[str, str], filter_mm: int) -> dict[str, float]:
@@ -416,8 +470,17 @@ def main() -> None:
     if "--survey" not in sys.argv:
         run_script(__file__)
         return
+    results = _print_survey(positions())
+    with tempfile.TemporaryDirectory() as folder:
+        print(f"points rounded to {ROUNDED_DIGITS} digits:")
+        _print_survey(round_positions(Path(folder)))
+    print(draw(results, Path(__file__).parent / "figures" / "measured_pairs.png"))
+
+
+def _print_survey(chosen_positions: list[Position]) -> list[SurveyResult]:
+    """Survey positions, with a line for each position and the summary."""
     results = []
-    for position in positions():
+    for position in chosen_positions:
         results += (new_results := survey([position]))
         case, said = (
             position.case,
@@ -429,7 +492,7 @@ def main() -> None:
             flush=True,
         )
     print("\n".join(_describe_results(results)))
-    print(draw(results, Path(__file__).parent / "figures" / "measured_pairs.png"))
+    return results
 
 
 if __name__ == "__main__":
