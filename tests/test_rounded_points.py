@@ -92,8 +92,8 @@ def test_the_step_of_rounding_is_found(step_mm, scale, expected_mm):
     cut = np.vstack((points, points[-1] + (0.0123456, -0.3)))
     assert estimate_rounding_step_mm(cut) == pytest.approx(expected_mm, rel=1e-12)
     # turned points have no step, and neither have points that are not rounded
-    turned = points @ np.array([[np.cos(0.05), np.sin(0.05)], [-np.sin(0.05), np.cos(0.05)]])
-    assert estimate_rounding_step_mm(turned) == 0.0
+    rotation = np.array([[np.cos(0.05), np.sin(0.05)], [-np.sin(0.05), np.cos(0.05)]])
+    assert estimate_rounding_step_mm(points @ rotation) == 0.0
 
 
 def test_a_grid_of_lateral_positions_is_not_the_step_of_rounding():
@@ -131,7 +131,7 @@ def test_noise_samples_have_the_noise_of_the_points_once():
 
 
 def test_independent_noise_passes_the_requested_filter():
-    """The filter of the smoothing leaves of the changed noise what the other filter leaves of the noise."""
+    """Changed noise through the filter of the smoothing equals noise through the requested filter."""
     y = np.arange(-35.0, 35.0, 0.2)
     points = np.column_stack((y, np.round(-(y**2) / 600.0, 2)))
     measured, _ = smooth_frame(frame_on_chords(points), filter_mm=4.0, noise_mm=0.003)
