@@ -369,7 +369,7 @@ def worn(noise_mm: float, step_mm: float, **reading: object) -> Profile:
 def test_a_worn_head_is_decided_as_its_true_line_is():
     """Points with 10 um of noise every 0.2 mm.
 
-    The peak has an uncertainty of 3 %, the deviation of Hertz a third of it.
+    The peak has an uncertainty of 5 %, the deviation of Hertz less than a third of it.
     """
     case = Case(lateral_shift_mm=-4.0, roll="given")
     hertz, expected = expect_on_half_space(case, place_case(case, rail=worn(0.0, 0.05, filter_mm=0.0)), nodes=16)
@@ -389,7 +389,7 @@ def test_a_worn_head_is_decided_as_its_true_line_is():
     assert half_space_answer[0].answer == "HOLDS"
     assert max(half_space_answer[1].values()) < 1e-9
     low, high = line_moves.band(1.0)
-    assert 3.0 * stated["p_max_MPa"] < max(1.0 - low, high - 1.0) < 0.05
+    assert 3.0 * stated["p_max_MPa"] < max(1.0 - low, high - 1.0) < 0.06
 
 
 # --- a failure that is certain --------------------------------------------------------------------------------------

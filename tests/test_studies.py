@@ -4,6 +4,7 @@ import importlib.util
 import json
 import math
 import tomllib
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -616,6 +617,35 @@ def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     # its opposite has one contact point there
     mirrored_placement = place_case(replace(case, roll_rad=-case.roll_rad))
     assert len(mirrored_placement.contact_points) == 1
+
+
+@pytest.mark.slow
+def test_verdicts_on_files_of_rounded_points_are_those_of_the_reference(tmp_path):
+    """The points of study 21, rounded to 0.01 mm before they are read."""
+    study = module("21_measured_pairs")
+    results = study.survey(study.round_positions(tmp_path))
+    assert len(results) == len(study.positions())
+    counts = Counter(result.outcome for result in results)
+    assert counts["wrong"] == 0
+    text = " ".join(study.__doc__.split())
+    agreed = counts["decided"] + counts["open"]
+    assert f"{counts['decided']} of these {agreed} positions have the verdict of the reference" in text
+    assert f"{counts['open']} are unresolved, and no verdict is wrong. Of the 6" in text
+    for filter_mm, least_percent in study.LEAST_COVERED_PERCENT.items():
+        shares = [share for _, share in study._covered_shares(results, filter_mm)]
+        assert f"with {filter_mm} mm in {100 * min(shares):.0f} to {100 * max(shares):.0f} %" in text
+        assert 100.0 * min(shares) >= least_percent
+
+
+def test_rounded_files_have_the_points_of_the_files(tmp_path):
+    """Each coordinate is rounded to 0.01 mm, and nothing else changes."""
+    study = module("21_measured_pairs")
+    case = study.round_positions(tmp_path)[0].case
+    rounded, exact = resolve_rail(case.rail), resolve_rail(study.positions()[0].case.rail)
+    assert not np.allclose(exact.measured.points, np.round(exact.measured.points, 2), atol=1e-9)
+    assert rounded.measured.is_noise_known
+    y = np.linspace(-25.0, 25.0, 101)
+    assert rounded.height(y) == pytest.approx(exact.height(y), abs=0.01)
 
 
 def test_cells_of_constant_pressure_reach_beyond_the_contact():

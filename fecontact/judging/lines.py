@@ -27,10 +27,22 @@ FILTER_LABEL = "filter"
 NOISE_LABEL = "noise"
 """Beginning of the label of a variant with a different noise sample."""
 
+SHORT_FILTER_LABEL = "short filter"
+"""Beginning of the label of a variant whose filter is shorter than known noise asks for; the length in mm follows."""
+
 
 def is_noise_sample(label: str) -> bool:
     """Whether a variant has a different noise sample, by its label."""
     return label.startswith(NOISE_LABEL)
+
+
+def is_judged(label: str) -> bool:
+    """Whether a variant counts for verdicts, by its label.
+
+    A variant whose filter is shorter than known noise asks for is not judged: noise alone can decide its answer. Its
+    deviation and peak are in the stated ranges.
+    """
+    return not label.startswith(SHORT_FILTER_LABEL)
 
 
 OPEN_CAUSES = {

@@ -17,7 +17,7 @@ from fecontact.contact_theories.touch_hertz import Side
 from fecontact.criteria import Criteria
 from fecontact.judging.causes import PatchGeometry, find_cause
 from fecontact.judging.ladder import LADDER_STEPS, PLASTIC_STEP, Ladder
-from fecontact.judging.lines import NO_SHIFTS, VariantShifts, find_open_cause
+from fecontact.judging.lines import NO_SHIFTS, VariantShifts, find_open_cause, is_judged
 from fecontact.judging.measures import (
     MEASURES,
     Measures,
@@ -172,8 +172,8 @@ def judge_profile_variants(
     -------
     verdict : Verdict
         Answer of at least 95 % of the variants, for the theory and for each measure, else UNRESOLVED. A variant without
-        this contact is UNRESOLVED. The deciding measure has the answer of the theory; for FAILS it is the measure that
-        FAILS on most variants.
+        this contact is UNRESOLVED. A variant with a shorter filter than known noise asks for does not count. The
+        deciding measure has the answer of the theory; for FAILS it is the measure that FAILS on most variants.
     uncertainty : dict of str to float
         Numerical uncertainty plus the largest shift of the deviation (-). It covers every combination of filter length
         and noise sample, over the variants with this contact.
@@ -184,6 +184,8 @@ def judge_profile_variants(
     variant_deviations = shifts.deviations(deviation)
     variant_verdicts = {}
     for label, variant_deviation in variant_deviations.items():
+        if not is_judged(label):
+            continue
         # A relative deviation is theory / finite elements - 1. The uncertainty of the finite elements changes the
         # deviation in proportion to theory / finite elements, which is 1 + deviation.
         variant_uncertainty = {

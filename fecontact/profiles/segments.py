@@ -584,6 +584,8 @@ class SmoothingResult:
         Standard deviation of the curvature of the profile that the noise causes (1/mm).
     is_filter_declared
         Whether the filter length was given: then no other filter length counts.
+    is_noise_known
+        Whether the independent noise was given, or is the rounding of the points, in place of an estimate.
     """
 
     held: SmoothingFrame
@@ -594,6 +596,7 @@ class SmoothingResult:
     filter_mm: float
     curvature_noise_per_mm: Floats
     is_filter_declared: bool = False
+    is_noise_known: bool = False
 
     @property
     def points(self) -> Floats:

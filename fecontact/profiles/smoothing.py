@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.profiles.curve import Profile
-from fecontact.profiles.point_noise import estimate_noise_mm
+from fecontact.profiles.point_noise import estimate_noise_mm, find_rounding_noise_mm
 from fecontact.profiles.registration import estimate_distance_mm, find_foot_points
 from fecontact.profiles.segments import Registration, Segment, SmoothingFrame, SmoothingResult
 from fecontact.profiles.smoothing_splines import fit_smoothing_spline, minimise_bending
@@ -55,6 +55,9 @@ _PROBE_COUNT = 6
 _NOISE_DRAW_COUNT = 48
 SEED = 14
 _SLIDE_STEPS = 4
+# Number of neighbouring points whose mean square residual is compared with independent noise: it has an error of a
+# quarter.
+_LOCAL_COUNT = 31
 
 
 def frame_on_reference(reference: Profile, registration: Registration, points: Floats) -> SmoothingFrame | None:
@@ -226,23 +229,51 @@ def smooth_frame(
         frame, length = slide_along_nominal(frame, PRACTICE_MIDDLE_MM), PRACTICE_MIDDLE_MM
         residual, freedom, _ = fit_deviation(frame, length, noise_mm)
     # of the usual filters some keep and some remove waves above the shortest length
-    waves = fit_deviation(frame, PRACTICE_MM[0], noise_mm)[0] if is_usual else residual
-    inner = _limit_outliers(residual[select_running_part(frame)])
+    waves, waves_freedom, _ = fit_deviation(frame, PRACTICE_MM[0], noise_mm) if is_usual else (residual, freedom, 0.0)
+    is_running = select_running_part(frame)
+    inner = _limit_outliers(residual[is_running])
     scatter = math.sqrt(float((inner**2).mean()) / max(1.0 - freedom, 0.1)) if noise_mm is None else noise_mm
+    rounding_mm = find_rounding_noise_mm(frame.points, is_running)
+    known_mm = noise_mm if noise_mm is not None else rounding_mm if rounding_mm > 0.0 else None
+    independent_mm = estimate_noise_mm(frame.points) if known_mm is None else known_mm
+    # what a declared filter removes is not part of the profile
+    has_correlated_noise = noise_mm is None and filter_mm is None
+    independent_share = independent_mm**2 * (1.0 - waves_freedom)
     measured = SmoothingResult(
         held=frame,
         residual_mm=residual,
         noise_mm=scatter,
-        independent_noise_mm=estimate_noise_mm(frame.points) if noise_mm is None else noise_mm,
-        # what a declared filter removes is not part of the profile
-        correlated_noise_mm=waves * (noise_mm is None and filter_mm is None),
+        independent_noise_mm=independent_mm,
+        correlated_noise_mm=has_correlated_noise * _reduce_residual(waves, independent_share),
         filter_mm=length,
         is_filter_declared=filter_mm is not None,
+        is_noise_known=known_mm is not None,
         curvature_noise_per_mm=np.zeros(0),
     )
     draws = draw_noise(measured, [SEED], _NOISE_DRAW_COUNT)
     second_derivatives = fit_smoothing_spline(frame.s_mm, draws, length, frame.relative_filter)(frame.s_mm, 2)
     return replace(measured, curvature_noise_per_mm=np.sqrt((second_derivatives**2).mean(axis=1))), score
+
+
+def _reduce_residual(residual_mm: Floats, independent_share: float) -> Floats:
+    """Reduce a residual (n,) by the noise that is independent in each point.
+
+    Parameters
+    ----------
+    residual_mm
+        Distances of points from their smoothed profile (mm).
+    independent_share
+        Mean square of the distances that independent noise causes (mm^2).
+
+    Returns
+    -------
+    ndarray
+        Distances (n,) in mm. Where the residual is not larger than independent noise, they are 0.
+    """
+    reach = np.ones(min(_LOCAL_COUNT, residual_mm.size))
+    mean_square = np.convolve(residual_mm**2, reach, "same") / np.convolve(np.ones_like(residual_mm), reach, "same")
+    share = independent_share / np.maximum(mean_square, np.finfo(float).tiny)
+    return np.asarray(residual_mm * np.sqrt(np.maximum(1.0 - share, 0.0)))
 
 
 def is_usual_filter(frame: SmoothingFrame, filter_mm: float) -> bool:
@@ -376,11 +407,17 @@ def _draw_probes(number: int) -> Floats:
     return np.random.default_rng(SEED).choice(np.array([-1.0, 1.0]), size=(number, _PROBE_COUNT))
 
 
-def draw_noise(measured: SmoothingResult, seed: Sequence[int], number: int) -> Floats:
+def draw_noise(
+    measured: SmoothingResult, seed: Sequence[int], number: int, *, independent_filter_mm: float | None = None
+) -> Floats:
     """Draw noise with the statistics of the measured points.
 
     Each point has an independent error. Waves that neighbours have in common keep their position and their size, and
     get a new sign and strength every few mm (Shao 2010, the dependent wild bootstrap).
+
+    A smoothing spline is its points minus a penalty times the jumps of its third derivatives, and the penalty is
+    proportional to the fourth power of the filter length. So independent noise can be changed such that the filter of
+    the smoothing leaves exactly what another filter would leave.
 
     Parameters
     ----------
@@ -390,6 +427,8 @@ def draw_noise(measured: SmoothingResult, seed: Sequence[int], number: int) -> F
         Seed of the generator.
     number
         Number of draws.
+    independent_filter_mm
+        Filter length (mm) through which the independent noise passes; None for the filter of the smoothing.
 
     Returns
     -------
@@ -398,6 +437,9 @@ def draw_noise(measured: SmoothingResult, seed: Sequence[int], number: int) -> F
     """
     rng, s = np.random.default_rng(seed), measured.s_mm
     independent = measured.independent_noise_mm * rng.normal(size=(s.size, number))
+    if independent_filter_mm is not None:
+        passed = fit_smoothing_spline(s, independent, independent_filter_mm, measured.held.relative_filter)(s)
+        independent = passed + (measured.filter_mm / independent_filter_mm) ** 4 * (independent - passed)
     stretch, fraction = np.divmod(s / measured.filter_mm, 1.0)
     strength = rng.normal(size=(int(stretch[-1]) + 2, number))
     stretch_index, angle = stretch.astype(np.intp), 0.5 * math.pi * fraction[:, None]

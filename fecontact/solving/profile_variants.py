@@ -13,6 +13,7 @@ from fecontact.errors import ConvergenceError, InputError
 from fecontact.judging.lines import (
     FILTER_LABEL,
     NOISE_LABEL,
+    SHORT_FILTER_LABEL,
     ProfileVariants,
     VariantResult,
     is_noise_sample,
@@ -155,8 +156,9 @@ def join_reference_labels(*labels: str) -> str:
     return ", ".join(different_labels) if len(lengths) == 1 else REFERENCE_LABEL
 
 
-def _filter_label(filter_mm: float, nominal: str) -> str:
-    return f"{FILTER_LABEL} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
+def _filter_label(filter_mm: float, nominal: str, *, is_judged: bool = True) -> str:
+    kind = FILTER_LABEL if is_judged else SHORT_FILTER_LABEL
+    return f"{kind} {filter_mm:.3g} mm" + (f" from {nominal}" if nominal else "")
 
 
 def list_profile_variants(profile: Profile) -> dict[str, Profile]:
@@ -181,6 +183,6 @@ def list_profile_variants(profile: Profile) -> dict[str, Profile]:
     return {
         f"{NOISE_LABEL} {variant.draw + 1}"
         if variant.draw >= 0
-        else _filter_label(variant.filter_mm, variant.nominal): variant.profile
+        else _filter_label(variant.filter_mm, variant.nominal, is_judged=variant.is_judged): variant.profile
         for variant in make_profile_variants(profile)
     }

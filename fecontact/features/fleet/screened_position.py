@@ -17,7 +17,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, MEASURE_COLUMNS, Row
 from fecontact.judging.causes import PatchGeometry, find_gap_cause
-from fecontact.judging.lines import find_open_cause, read_filter_mm
+from fecontact.judging.lines import find_open_cause, is_judged, read_filter_mm
 from fecontact.judging.measures import UNCERTAINTIES, compare_theories, compute_deviations
 from fecontact.judging.theory_pair import POINTS_ACROSS, evaluate_pressure
 from fecontact.judging.verdict import ANSWERS_BEST_FIRST, JUNCTION_CAUSE, PROFILE_CAUSE, Answer, judge
@@ -169,7 +169,9 @@ def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
     if next(iter(judgements.values())) is None:
         raise InputError("no Hertz ellipse exists at the contact point")
     answers: dict[str, Answer] = {
-        label: "UNRESOLVED" if judgement is None else judgement[0] for label, judgement in judgements.items()
+        label: "UNRESOLVED" if judgement is None else judgement[0]
+        for label, judgement in judgements.items()
+        if is_judged(label)
     }
     verdict = _find_common_answer(answers)
     deviations = {
@@ -191,7 +193,9 @@ def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
             1e2 * deviations[name],
             1e2 * uncertainties[name],
         )
-    cheapest_theory, cheaper_possible_theory = _find_cheapest_theories([*variants.values()], reference, verdict)
+    cheapest_theory, cheaper_possible_theory = _find_cheapest_theories(
+        [variants[label] for label in answers], reference, verdict
+    )
     return row | {
         "verdict": _WORDS.get(verdict, verdict),
         "measure": next(
@@ -199,7 +203,7 @@ def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
         ),
         "margin": _compute_margin(reference.loaded.case, deviations, uncertainties),
         "variants_holding": [*answers.values()].count("HOLDS"),
-        "variants": len(variants),
+        "variants": len(answers),
         "cause": None if verdict == "HOLDS" else _find_cause(verdict, [*answers.values()], reference),
         "open_because": _describe_open_cause(answers) if verdict == "UNRESOLVED" else None,
         **{column: _answer_with_filter(answers, length) for column, length in FILTER_COLUMNS.items()},
