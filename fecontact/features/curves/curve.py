@@ -247,7 +247,7 @@ class WheelRun:
         Forces of the patches in the frame of the left side; a right wheel is mirrored to the left side.
     """
 
-    TELLS = ("side", "normal_force_N", "lateral_force_N", "vertical_force_N", "y_over_q", "patches")
+    TELLS = ("side", "normal_force_N", "lateral_force_N", "vertical_force_N", "y_over_q", "t_gamma_N", "patches")
 
     side: TrackSide
     lateral_force_N: float
@@ -260,9 +260,19 @@ class WheelRun:
         return self.lateral_force_N / self.vertical_force_N if self.vertical_force_N > 0.0 else math.nan
 
     @property
+    def sorted_patches(self) -> tuple[PatchForce, ...]:
+        """Patches by decreasing normal force."""
+        return tuple(sorted(self.patches, key=lambda patch: patch.normal_force_N, reverse=True))
+
+    @property
     def normal_force_N(self) -> float:
         """Sum of the normal forces of all patches."""
         return sum(patch.normal_force_N for patch in self.patches)
+
+    @property
+    def t_gamma_N(self) -> float:
+        """T-gamma, the wear number, of all patches: power of slip divided by the running speed."""
+        return sum(patch.t_gamma_N for patch in self.patches)
 
 
 @dataclass(frozen=True, kw_only=True)
