@@ -491,8 +491,8 @@ def test_a_table_interpolates_with_its_accuracy_at_some_random_shifts():
     ("rail", "wheel", "inclination_rad", "shifts_mm"),
     [
         ("60E1", "S1002", 1 / 40, [1.0, 3.5, 6.0]),
-        ("60E2", "S1002", 1 / 20, [-3.0, -0.5, 2.0]),
-        ("54E1", "EPS", 1 / 20, [2.0, 4.0]),
+        ("CHN60", "LMA", 1 / 40, [-2.0, 0.0, 2.0]),
+        ("54E1", "EN13715_1in40", 1 / 20, [2.0, 4.0]),
     ],
 )
 def test_a_table_interpolates_with_its_accuracy_at_random_shifts(rail, wheel, inclination_rad, shifts_mm):

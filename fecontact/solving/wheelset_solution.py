@@ -118,6 +118,13 @@ def solve_wheelset(case: Case, *, progress: Callable[[str], None] | None = None)
     ------
     InputError
         As in `list_wheelset_cases`, and if neither wheel can be solved.
+
+    Examples
+    --------
+    >>> import fecontact
+    >>> case = fecontact.Case(lateral_shift_mm=4.0, resolution="quick", refine="never")
+    >>> {side: result.status for side, result in fecontact.solve_wheelset(case).items()}
+    {'left': 'converged', 'right': 'converged'}
     """
     results: dict[TrackSide, CaseResult | InputError | ConvergenceError] = {}
     for side, wheel_case in list_wheelset_cases(case).items():

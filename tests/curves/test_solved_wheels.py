@@ -25,6 +25,7 @@ from fecontact.features.curves.solved_wheels import (
 from fecontact.features.curves.visits import NO_EQUILIBRIUM
 from fecontact.runs.identity import make_case_id
 from fecontact.runs.study import StudyOutcome
+from fecontact.solving.alone import iterate_table_rows
 from fecontact.solving.placing import place_case
 
 PAIR = {"rail": "60E1", "wheel": "S1002"}
@@ -53,6 +54,29 @@ def test_a_case_has_the_contact_of_the_curve(inclination_rad):
             # within 7 mm; a yaw turns the normal out of the cross-section
             assert contact["normal_force_N"] * math.cos(contact_angle) == pytest.approx(vertical, rel=5e-4)
             assert contact_angle == pytest.approx(patch.angle_rad, abs=7 / 300)
+
+
+@pytest.mark.parametrize("inclination_rad", [1 / 40, 1 / 20])
+def test_a_case_has_the_creep_forces_of_the_curve(inclination_rad):
+    """Strips of the case with its creepages have the forces that balance the vehicle.
+
+    The vehicle has the motion of each strip, and the case the creepages at its first contact point and the curved
+    surfaces: midway between the heights of the axle at touch and under load. Without this middle 750 N along the rail
+    remain, 4 % of mu N. With three patches one of them is on the flange root.
+    """
+    table_forces = pytest.importorskip("fecontact.features.creep.table_forces")
+    results = run((700.0, -400.0), inclination_rad=inclination_rad)
+    wheel_runs = [wheel for curve in results.runs["strip"] for wheelset in curve.wheelsets for wheel in wheelset.wheels]
+    for wheel, wheel_run in zip(list_wheels(results), wheel_runs, strict=True):
+        (row,) = iterate_table_rows(wheel.case, [wheel.case.lateral_shift_mm], [wheel.case.load_N])
+        columns = table_forces.make_force_columns(row)
+        patch_count = len(wheel_run.patches)
+        limit_percent = {1: 1.5, 2: 1.0, 3: 6.5}[patch_count]
+        assert columns["strip_t_gamma_N"] == pytest.approx(wheel_run.t_gamma_N, rel=0.01 * limit_percent, abs=0.002)
+        if patch_count < 3:
+            # measured: 7 and 16 N of 18 kN
+            along_N = sum(patch.fx_N for patch in wheel_run.patches)
+            assert columns["strip_creep_fx_N"] == pytest.approx(along_N, abs=20.0)
 
 
 def test_a_curve_to_the_other_side_exchanges_the_wheels():

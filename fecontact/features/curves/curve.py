@@ -281,17 +281,21 @@ class WheelsetRun:
 
     Attributes
     ----------
-    lateral_shift_mm, roll_mrad
-        Lateral shift and roll.
+    lateral_shift_mm, height_mm, roll_mrad
+        Lateral shift, height of the centre in the track frame, and roll.
     yaw_mrad
         Yaw against the track: the angle of attack.
+    slip
+        Speed of rotation divided by the speed of rotation that rolls on the tape circle, minus 1.
     wheels
         Left wheel and right wheel.
     """
 
     lateral_shift_mm: float
+    height_mm: float
     yaw_mrad: float
     roll_mrad: float
+    slip: float
     wheels: tuple[WheelRun, ...]
 
 
@@ -431,7 +435,9 @@ def _make_wheelset_runs(state: Floats, vehicle: Vehicle, balance: Balance) -> tu
         WheelsetRun(
             lateral_shift_mm=float(wheelset_state[0]),
             yaw_mrad=float(wheelset_state[3]),
+            height_mm=float(wheelset_state[1]),
             roll_mrad=float(wheelset_state[2]),
+            slip=1e-3 * float(wheelset_state[4]),
             wheels=tuple(
                 WheelRun(
                     side=side,

@@ -8,12 +8,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fecontact.bodies import TrackSide
 from fecontact.case import Case
-from fecontact.errors import InputError, describe_failure, describe_status, is_usable_status
+from fecontact.contact_theories.rolling.creepage import Creepages
+from fecontact.errors import ConvergenceError, InputError, describe_failure, describe_status, is_usable_status
 from fecontact.feature_registry import load_offers
-from fecontact.features.curves.curve import WheelRun, WheelsetRun
+from fecontact.features.curves.curve import CurveRun, WheelRun, WheelsetRun
 from fecontact.features.curves.visits import NO_EQUILIBRIUM, CurveResults
+from fecontact.features.curves.wheel_forces import Motion, compute_rigid_slip
 from fecontact.files import read_json
 from fecontact.jobs.engine import RunSettings
 from fecontact.jobs.remaining import Progress
@@ -23,6 +27,7 @@ from fecontact.runs.casefile import Study
 from fecontact.runs.identity import make_case_id
 from fecontact.runs.store import RECORD_FILE, name_case_folder
 from fecontact.runs.study import StudyOutcome, run_study
+from fecontact.solving.placing import place_case
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -137,7 +142,7 @@ def list_wheels(results: CurveResults) -> tuple[CurveWheel, ...]:
             is_outer=(wheel.side == "left") == (run.radius_m > 0.0),
             share=share_by_radius[run.radius_m] / (2.0 * len(run.wheelsets)),
             patch_count=len(wheel.patches),
-            **_find_case(results, wheelset, wheel),
+            **_find_case(results, run, wheelset, wheel),
         )
         for run in list(results.runs.values())[-1]
         if run.is_balanced
@@ -146,27 +151,29 @@ def list_wheels(results: CurveResults) -> tuple[CurveWheel, ...]:
     )
 
 
-def _find_case(results: CurveResults, wheelset: WheelsetRun, wheel: WheelRun) -> dict[str, Any]:
+def _find_case(results: CurveResults, run: CurveRun, wheelset: WheelsetRun, wheel: WheelRun) -> dict[str, Any]:
     """Find the attributes `case` and `problem` of a `CurveWheel`."""
     try:
-        return {"case": make_wheel_case(results, wheelset, wheel)}
-    except InputError as error:
+        return {"case": make_wheel_case(results, run, wheelset, wheel)}
+    except (InputError, ConvergenceError) as error:
         return {"case": None, "problem": str(error)}
 
 
-def make_wheel_case(results: CurveResults, wheelset: WheelsetRun, wheel: WheelRun) -> Case:
+def make_wheel_case(results: CurveResults, run: CurveRun, wheelset: WheelsetRun, wheel: WheelRun) -> Case:
     """Make the case of a wheel in a curve.
 
     The wheelset has the shift, yaw and roll of its steady motion. The load is the vertical component of the normal
-    forces of all patches: finite elements have no friction, and their contact carries this component alone. Friction
-    and creepages are those of the patch with the largest normal force.
+    forces of all patches: finite elements have no friction, and their contact carries this component alone. Creepages
+    are those of the rigid wheel at the first contact point of the case, and follow the curved surfaces from there.
 
     Parameters
     ----------
     results
         Results of a vehicle in curves.
+    run
+        Steady motion in the curve.
     wheelset
-        Steady motion of the wheelset.
+        Wheelset of this motion.
     wheel
         Wheel of this wheelset.
 
@@ -178,13 +185,13 @@ def make_wheel_case(results: CurveResults, wheelset: WheelsetRun, wheel: WheelRu
     Raises
     ------
     InputError
-        If the wheel has no contact, or if a value is out of the range of a case.
+        If the wheel has no contact, if a value is out of the range of a case, or if the wheel of the case cannot stand.
+    ConvergenceError
+        If its contact point is not found.
     """
     if not wheel.patches:
         raise InputError("the wheel has no contact in this curve; reduce the lateral acceleration, or leave it out")
-    largest = max(wheel.patches, key=lambda patch: patch.normal_force_N)
-    creepages = largest.creepages
-    return replace(
+    case = replace(
         results.case,
         lateral_shift_mm=wheelset.lateral_shift_mm,
         yaw_rad=1e-3 * wheelset.yaw_mrad,
@@ -193,13 +200,43 @@ def make_wheel_case(results: CurveResults, wheelset: WheelsetRun, wheel: WheelRu
         side=wheel.side,
         load_N=sum(patch.normal_force_N * math.cos(patch.angle_rad) for patch in wheel.patches),
         load_kind="vertical",
+    )
+    creepages = _find_creepages(case, run, wheelset)
+    return replace(
+        case,
         creep=replace(
-            results.case.creep,
+            case.creep,
             friction=results.conditions.friction,
             xi=creepages.xi,
             eta=creepages.eta,
             spin_per_mm=creepages.spin_per_mm,
+            speed_ratio=1.0 + wheelset.slip,
+            curved=True,
         ),
+    )
+
+
+def _find_creepages(case: Case, run: CurveRun, wheelset: WheelsetRun) -> Creepages:
+    """Find the creepages at the first contact point of the case of a wheel.
+
+    Under pressure, bodies of one material meet midway between their undeformed surfaces, so the axle is midway between
+    its height at first touch and its height under load. Either height alone changes the longitudinal creepage by 0.01
+    %, and the longitudinal force by 4 % of mu N.
+    """
+    placement = place_case(case)
+    touch, first_height_mm = placement.first, float(placement.wheel.centre_mm[2])
+    height_mm = 0.5 * (first_height_mm + wheelset.height_mm)
+    position = (wheelset.lateral_shift_mm, height_mm, 1e-3 * wheelset.roll_mrad, 1e-3 * wheelset.yaw_mrad)
+    motion = Motion(place=np.array(position), slip=wheelset.slip, curvature_per_mm=-1e-3 / run.radius_m)
+    if case.side == "right":
+        motion = motion.mirror_image()
+    (velocity,), turning = compute_rigid_slip(
+        np.array([[touch.x_mm, touch.y_mm, touch.z_mm]]) - np.array([0.0, *motion.place[:2]]),
+        motion,
+        placement.wheel.rolling_radius_mm,
+    )
+    return Creepages(
+        xi=float(velocity[0]), eta=float(velocity @ touch.tangent), spin_per_mm=float(turning @ touch.normal)
     )
 
 
