@@ -99,6 +99,7 @@ if TYPE_CHECKING:
     from fecontact.solving.preview import preview_case as place
     from fecontact.solving.solve import CaseResult, solve
     from fecontact.solving.wheelset_geometry import geometry
+    from fecontact.solving.wheelset_solution import solve_wheelset
 
 __all__ = [
     "BodySize",
@@ -125,6 +126,7 @@ __all__ = [
     "rows",
     "run",
     "solve",
+    "solve_wheelset",
     "table",
     "theories",
     "theory",
@@ -156,6 +158,7 @@ _HOMES = {
     "rows": "outputs.records.results.rows",
     "run": "runs.study.run",
     "solve": "solving.solve.solve",
+    "solve_wheelset": "solving.wheelset_solution.solve_wheelset",
     "table": "runs.alone.table",
     "theories": "runs.alone.theories",
     "theory": "runs.alone.theory",

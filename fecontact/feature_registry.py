@@ -22,6 +22,8 @@ A feature may read its own results from a judged load. An offer of this kind has
     Readings that take seconds per load; a map by the measure `theory` uses them.
 `TELLINGS`
     Report of a reading (`outputs.parts.Telling`): record, columns of a row, parts of a document.
+`TABLE_COLUMNS`
+    Functions of a row of a contact table (`solving.alone.ContactTableRow`) that return further columns of the row.
 `MAPS`
     Verdicts with load limits that a map draws (`judging.readings.VerdictReadingView`), by the map's measure.
 `NUMBERS`

@@ -16,12 +16,15 @@ from fecontact.cli import call
 from fecontact.contact_theories.registry import THEORIES
 from fecontact.contact_theories.rolling.creepage import Creepages, RollingEllipse
 from fecontact.contact_theories.rolling.kalker import kalker_linear
-from fecontact.criteria import Criteria
+from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, ProgramError
 from fecontact.guide.pages import read_page
 from fecontact.outputs.alone import contact_table_lines
 from fecontact.outputs.table_grid import TABLE_AXES, arrange_table, find_column_meaning, write_netcdf
+from fecontact.outputs.table_jumps import describe_jumps, list_jump_intervals
+from fecontact.runs import alone
 from fecontact.runs.table_steps import SMALLEST_STEP_MM, refine_shifts
+from fecontact.solving.alone import iterate_table_rows
 from fecontact.solving.placing import place_case
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0)
@@ -403,11 +406,13 @@ def test_interpolation_is_within_the_accuracy_at_random_shifts_except_in_jumps(a
     texts = list(contact_table_lines(rows))
     worst = max(row["shift_step_error_percent"] for row in rows if row.get("shift_step_status") == "within accuracy")
     assert 0.0 < worst <= 0.5 * accuracy_percent
-    assert f"in the middle of steps of the shift: up to {worst:.2g} % (" in texts[1]
+    assert f"at the checked shifts between rows: up to {worst:.2g} % (" in texts[1]
+    assert texts[2].startswith("do not interpolate in 1 interval of the shift, where the accuracy cannot be reached;")
+    assert "their 2 steps have the shift_step_status jump" in texts[2]
     assert re.fullmatch(
-        r"jump from \+1\.2\d+ to \+1\.2\d+ mm, 50 kN: touch2_spring_force_N is missing on one side; the accuracy cannot"
-        " be reached there",
-        texts[2],
+        r"  between \+1\.2\d+ and \+1\.2\d+ mm \(50 and 80 kN\): contact point jumps by 20\.[12] mm;"
+        " touch2_spring_force_N is missing on one side",
+        texts[3],
     )
     # a coarser accuracy needs fewer rows
     assert len(refine_shifts([-2.0, 0.0, 2.0], analytic_rows, 8.0)) < len(rows)
@@ -429,24 +434,185 @@ def test_a_table_with_an_accuracy_has_its_steps(capsys):
     assert "accuracy_percent is 0.0; allowed: 0.1 to 50" in capsys.readouterr().err
 
 
-@pytest.mark.slow
-def test_a_table_interpolates_with_its_accuracy_at_random_shifts():
-    """Between 2 and 3 mm the contact passes a junction of curvatures."""
-    rows = fecontact.table(WHEELSET, [2.0, 3.0], [60e3], accuracy_percent=5.0)
+def interpolated_beside_jumps(case, shifts_mm, accuracy_percent, count, seed):
+    """Rows at random shifts beside jumps, with their interpolated values and ranges."""
+    rows = fecontact.table(case, shifts_mm, [60e3], accuracy_percent=accuracy_percent)
     shifts = np.array([row["lateral_shift_mm"] for row in rows])
-    checked = 0
-    for shift in np.random.default_rng(63).uniform(2.0, 3.0, 50):
+    jumps_mm = sum(row["shift_step_mm"] for row in rows if row["shift_step_status"] == "jump")
+    assert jumps_mm < 0.35 * (shifts[-1] - shifts[0])
+    ranges = {}
+    for name in rows[0]:
+        values = [row[name] for row in rows if isinstance(row[name], float)]
+        ranges[name] = max(values) - min(values) if values else 0.0
+    for shift in np.random.default_rng(seed).uniform(shifts[0], shifts[-1], count):
         number = int(np.searchsorted(shifts, shift)) - 1
         left, right = rows[number], rows[number + 1]
-        if left["shift_step_status"] == "jump":
-            continue
+        if left["shift_step_status"] != "jump":
+            weight = (shift - shifts[number]) / left["shift_step_mm"]
+            (exact,) = fecontact.table(case, [shift], [60e3])
+            names = [name for name in exact if isinstance(left[name], float) and isinstance(right[name], float)]
+            yield exact, {name: (1.0 - weight) * left[name] + weight * right[name] for name in names}, ranges
+
+
+POSITIVE_COLUMNS = (
+    *(f"{theory}_{size}" for theory in ("hertz", "strip") for size in (*SIZES, "stiffness_N_per_mm")),
+    *("hertz_kalker_c11", "hertz_kalker_c22", "hertz_kalker_c23", "hertz_f11_N", "hertz_f33_Nmm2", "springs_p_max_MPa"),
+    *("hertz_normal_force_N", "touch1_spring_N_per_mm15", "touch1_ellipse_a_mm", "touch1_ellipse_b_mm"),
+)
+RANGE_COLUMNS = (
+    *("roll_mrad", "touch1_rail_y_mm", "touch1_wheel_y_mm", "touch1_contact_angle_rad", "touch1_rolling_radius_mm"),
+    *("strip_t_gamma_N", "hertz_t_gamma_N", "strip_creep_fx_N", "strip_creep_fy_N", "creep_xi", "creep_spin_per_mm"),
+)
+
+
+def check_accuracy(case, shifts_mm, accuracy_percent, count, seed, at_least):
+    checked = 0
+    limit = 0.01 * accuracy_percent
+    for exact, interpolated, ranges in interpolated_beside_jumps(case, shifts_mm, accuracy_percent, count, seed):
         checked += 1
-        weight = (shift - shifts[number]) / left["shift_step_mm"]
-        (exact,) = fecontact.table(WHEELSET, [shift], [60e3])
-        for name in (f"{theory}_{size}" for theory in ("hertz", "strip") for size in SIZES):
-            value = (1.0 - weight) * left[name] + weight * right[name]
-            assert value == pytest.approx(exact[name], rel=0.05), (shift, name)
-    assert checked >= 40
+        place = exact["lateral_shift_mm"]
+        for name in POSITIVE_COLUMNS:
+            if name in interpolated:
+                assert interpolated[name] == pytest.approx(exact[name], rel=limit), (place, name)
+        for name in RANGE_COLUMNS:
+            if name in interpolated:
+                assert interpolated[name] == pytest.approx(exact[name], abs=limit * ranges[name] + 1e-9), (place, name)
+        centre_error = abs(interpolated["strip_centre_mm"] - exact["strip_centre_mm"])
+        assert centre_error <= limit * exact["strip_b_mm"], place
+    assert checked >= at_least
+
+
+def test_a_table_interpolates_with_its_accuracy_at_some_random_shifts():
+    """Between 2.3 and 2.8 mm the contact passes a junction of curvatures."""
+    check_accuracy(replace(WHEELSET, creep=Creep(friction=0.3)), [2.3, 2.8], 5.0, 8, 64, 5)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rail", "wheel", "inclination_rad", "shifts_mm"),
+    [
+        ("60E1", "S1002", 1 / 40, [1.0, 3.5, 6.0]),
+        ("CHN60", "LMA", 1 / 40, [-2.0, 0.0, 2.0]),
+        ("54E1", "EN13715_1in40", 1 / 20, [2.0, 4.0]),
+    ],
+)
+def test_a_table_interpolates_with_its_accuracy_at_random_shifts(rail, wheel, inclination_rad, shifts_mm):
+    case = Case(rail=rail, wheel=wheel, inclination_rad=inclination_rad, roll="touching", creep=Creep(friction=0.3))
+    check_accuracy(case, shifts_mm, 2.0, 50, 63, 30)
+
+
+def test_a_middle_is_evaluated_once(monkeypatch):
+    """Rows in the middle of steps are those between rows: no line is evaluated twice."""
+    evaluated = []
+
+    def iterate_and_count(case, shifts_mm, loads_N, yaws_rad):
+        evaluated.extend(shifts_mm)
+        return iterate_table_rows(case, shifts_mm, loads_N, yaws_rad)
+
+    monkeypatch.setattr(alone, "iterate_table_rows", iterate_and_count)
+    monkeypatch.setattr(alone, "compute_strip_stiffness", lambda case: evaluated.append(case.lateral_shift_mm))
+    rows = fecontact.table(WHEELSET, [-4.0, -3.0], [50e3], accuracy_percent=1.0)
+    # at least the middle and both quarters of each step
+    assert len(evaluated) == len(set(evaluated)) >= 4 * len(rows) - 3
+    # the error between rows is that of the row in the middle
+    (middle,) = fecontact.table(WHEELSET, [0.5 * (rows[0]["lateral_shift_mm"] + rows[1]["lateral_shift_mm"])], [50e3])
+    for name, column in (("strip_approach_mm", "approach"), ("strip_stiffness_N_per_mm", "stiffness")):
+        error_percent = 100.0 * abs(0.5 * (rows[0][name] + rows[1][name]) / middle[name] - 1.0)
+        assert rows[0][f"strip_{column}_between_percent"] == pytest.approx(error_percent, rel=1e-6, abs=1e-9)
+
+
+def test_a_patch_that_moves_along_a_line_has_jumps_at_its_ends_alone():
+    """A second patch from 0.3 to 0.5 mm, with linear place and force.
+
+    Its columns have a common range with patch 1.
+    """
+
+    def compute_rows(shifts_mm):
+        return [
+            {"lateral_shift_mm": shift, "yaw_mrad": 0.0, "load_kN": 50.0, "problem": ""}
+            | {"strip_patches": 1.0, "patch1_rail_y_mm": -10.0 * shift, "patch1_normal_force_N": 5e4}
+            | (
+                {"strip_patches": 2.0, "patch2_rail_y_mm": 20.0 + shift, "patch2_normal_force_N": 1e3 * (shift - 0.3)}
+                if 0.3 < shift < 0.5
+                else {}
+            )
+            for shift in shifts_mm
+        ]
+
+    rows = refine_shifts([0.0, 1.0], compute_rows, 2.0)
+    jumps = [row for row in rows if row.get("shift_step_status") == "jump"]
+    assert len(jumps) == 2
+    intervals = list_jump_intervals(rows)
+    assert [interval.phrases for interval in intervals] == [
+        ["number of patches of the strip method changes from 1 to 2"],
+        ["number of patches of the strip method changes from 2 to 1"],
+    ]
+    for place, interval in zip((0.3, 0.5), intervals, strict=True):
+        assert interval.start_mm <= place <= interval.end_mm <= interval.start_mm + 2.0 * SMALLEST_STEP_MM
+
+
+def test_jumps_are_intervals_of_at_most_twenty_lines():
+    """25 intervals of three steps each at two loads: five are counted, the rest has a line each."""
+    rows = [
+        {"lateral_shift_mm": 0.01 * number, "yaw_mrad": 0.0, "load_kN": load_kN, "problem": ""}
+        | {"touch1_rail_y_mm": 5.0 * (number // 4), "shift_step_mm": 0.01, "shift_step_error_column": "strip_a_mm"}
+        | {"shift_step_status": "within accuracy" if number % 4 == 0 else "jump"}
+        | {"shift_step_error_percent": 0.5 if number % 4 == 0 else 3.0 + 0.1 * number}
+        for number in range(100)
+        for load_kN in (50.0, 80.0)
+    ] + [{"lateral_shift_mm": 1.0, "yaw_mrad": 0.0, "load_kN": load, "problem": ""} for load in (50.0, 80.0)]
+    head, *texts, last = describe_jumps(rows, "table.csv")
+    assert head == (
+        "do not interpolate in 25 intervals of the shift, where the accuracy cannot be reached; their 150 steps have"
+        " the shift_step_status jump in table.csv"
+    )
+    assert len(texts) == 20
+    # the last interval has no jump of the contact point
+    assert texts[-1] == (
+        "  between +0.930 and +0.960 mm (50 and 80 kN): contact point jumps by 5.0 mm; strip_a_mm is off by up to 12 %"
+    )
+    assert texts[0].startswith("  between +0.170 and +0.200 mm (50 and 80 kN): contact point jumps by 5.0 mm;")
+    assert last == "  and 5 further intervals"
+
+
+def test_t_gamma_in_a_table_is_that_of_the_ellipse(tmp_path, capsys):
+    """Where Hertz is exact the strips are the ellipse; with small creepage the force is Kalker's."""
+    xi = 2e-5
+    case = replace(ELLIPTIC, creep=Creep(friction=0.3, xi=xi, eta=0.0, spin_per_mm=0.0))
+    (row,) = fecontact.table(case, [0.0], [100e3])
+    # the saturation of FASTSIM takes 0.5 % at this creepage, and its cells 0.1 %
+    assert row["hertz_t_gamma_N"] == pytest.approx(row["hertz_f11_N"] * xi**2, rel=0.01)
+    assert row["hertz_creep_fx_N"] == pytest.approx(-row["hertz_t_gamma_N"] / xi, rel=1e-9)
+    large = replace(case, creep=replace(case.creep, xi=1e-3, eta=-5e-4, spin_per_mm=2e-4))
+    (row,) = fecontact.table(large, [0.0], [100e3])
+    axes = {f"{axis}_mm": row[f"hertz_{axis}_mm"] for axis in "ab"}
+    alone_record = fecontact.creep(
+        **axes, normal_force_N=100e3, friction=0.3, creepages=(1e-3, -5e-4, 2e-4), theories=["fastsim"]
+    )
+    force = alone_record["theories"]["fastsim"]
+    for name in ("fx_N", "fy_N", "mz_Nmm"):
+        assert row[f"hertz_creep_{name}"] == pytest.approx(force[name], rel=1e-9), name
+        # strips of equal pressure, cut out of a grid
+        assert row[f"strip_creep_{name}"] == pytest.approx(force[name], rel=0.02), name
+    assert row["hertz_t_gamma_N"] == pytest.approx(force["power_per_speed_N"], rel=1e-9)
+    assert row["strip_t_gamma_N"] == pytest.approx(force["power_per_speed_N"], rel=0.02)
+    assert (row["creep_xi"], row["creep_eta"], row["creep_spin_per_mm"], row["creep_notes"]) == (1e-3, -5e-4, 2e-4, "")
+    out = tmp_path / "table.nc"
+    command = ["table", "--shifts=-4", "--loads-kn=50", "--friction=0.3", f"--out={out}"]
+    assert call(command) == 0
+    assert "T-gamma" in capsys.readouterr().out
+    with netcdf_file(out, mmap=False) as file:
+        assert file.variables["strip_t_gamma_N"].units == b"N"
+        assert file.variables["creep_spin_per_mm"].units == b"mm-1"
+        # a wheelset without yaw has no lateral creepage, and the spin of its contact angle
+        assert float(file.variables["creep_eta"][0, 0, 0]) == pytest.approx(0.0, abs=1e-12)
+        angle = float(file.variables["touch1_contact_angle_rad"][0, 0, 0])
+        roll = 1e-3 * float(file.variables["roll_mrad"][0, 0, 0])
+        spin = float(file.variables["creep_spin_per_mm"][0, 0, 0])
+        assert spin == pytest.approx(-np.sin(angle - roll) / 460.0, rel=1e-6)
+    assert "hertz_t_gamma_N" not in fecontact.table(ELLIPTIC, [0.0], [100e3])[0]
+    assert call(["table", "--shifts=-4", "--loads-kn=50", "--xi=0.001"]) == 2
+    assert "but no friction coefficient is given" in capsys.readouterr().err
 
 
 @pytest.mark.slow

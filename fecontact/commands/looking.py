@@ -214,7 +214,7 @@ def theory(name: str, /, *, options: CaseOptions, json: bool = False, set_in: st
     return 0 if record["status"] == "solved" else 3
 
 
-@add_case_options(*CONTACT_GROUPS, "verdict")
+@add_case_options(*CONTACT_GROUPS, "verdict", "creep")
 def table(
     *,
     options: CaseOptions,
@@ -234,8 +234,8 @@ def table(
     yaws_mrad
         Yaws of the wheelset in mrad, in the form of the shifts, such as -10,0,10; if not given, the yaw of --yaw-mrad.
     accuracy_percent
-        Accuracy of linear interpolation between shifts in %, such as 2: steps of the shift are halved where it is not
-        reached in their middle, down to 0.01 mm; remaining jumps are listed.
+        Accuracy of linear interpolation between shifts in %, such as 2: steps of the shift, which are checked at least
+        every 0.125 mm, are halved where it is not reached, down to 0.01 mm; intervals with remaining jumps are listed.
     out
         File for the table, CSV (.csv) or NetCDF (.nc). Units are in the names of the columns.
     map_
@@ -279,7 +279,8 @@ def table(
                 write_netcdf(arrange_table(rows, case), out)
             else:
                 write_csv(rows, out)
-    print_answer(rows, contact_table_lines, json=json, table=out)
+    stored = "the table (--out FILE)" if out is None else quote_path(out)
+    print_answer(rows, partial(contact_table_lines, stored=stored), json=json, table=out)
     return 3 if any(row["problem"] for row in rows) else 0
 
 

@@ -8,11 +8,18 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 from fecontact.case import Case, Group, describe_unusual_inputs
 from fecontact.console.log import log_command
-from fecontact.console.messages import announce, print_geometry, print_notes, print_result, write_to_log
+from fecontact.console.messages import (
+    announce,
+    print_geometry,
+    print_notes,
+    print_reasons,
+    print_result,
+    write_to_log,
+)
 from fecontact.console.options import CaseOptions, add_case_options
 from fecontact.console.progress import show_job_progress, show_solution_progress
 from fecontact.console.run_messages import report_files, report_reused_jobs, report_unusable_rows
@@ -22,6 +29,10 @@ from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.codes import find_code_to_set
 from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
+
+if TYPE_CHECKING:
+    from fecontact.outputs.codes import VehicleCode
+    from fecontact.solving.solve import CaseResult
 
 # CPU seconds of the creep forces of a case or a cell, with the loads of its limits, and CPU seconds of their laws.
 # At -4, 0, 3 and 5.5 mm a cell of S1002 on 60E1 took 0.9, 1.3, 2.0 and 2.3 s for the forces, and 1.5, 2.3, 2.9 and
@@ -40,11 +51,14 @@ def solve(
     force: bool = False,
     long: bool = False,
     set_in: str | None = None,
+    wheelset: bool = False,
 ) -> int:
     """Solve a case with finite elements and compare it with Hertz.
 
     Parameters
     ----------
+    wheelset
+        Solve both wheels of the wheelset: verdicts, creep forces and numbers to set of both, in one answer.
     long
         Print all results of the case instead of the answer alone.
     json
@@ -58,9 +72,6 @@ def solve(
         the numbers to set there, too.
     """
     from fecontact.files import format_json
-    from fecontact.outputs.case_parts import case_parts
-    from fecontact.outputs.case_words import case_words
-    from fecontact.outputs.code_settings import settings_lines, settings_of_result
     from fecontact.runs.cost import CASE_FILES_S, estimate_cost
     from fecontact.runs.folder import prepare_for_case
     from fecontact.runs.report import keep_with_report
@@ -69,6 +80,8 @@ def solve(
 
     require_finite_elements()
     code, case = find_code_to_set(set_in, json=json), options.case()
+    if wheelset:
+        return _solve_wheelset(case, code, json=json, out=out, force=force, long=long)
     print_notes(describe_unusual_inputs([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)
@@ -94,17 +107,76 @@ def solve(
     if json:
         print(format_json(case_records.record), flush=True)
     else:
-        title, evidence = case_words(case_records.record["case"]), result.case.refine == "evidence"
-        print_parts(case_parts(case_records.record, title, elements=evidence), long=long)
-        if code is not None:
-            print_parts(settings_lines(code, settings_of_result(case, case_records.record)))
-        if not long:
-            print_result(
-                "--long prints all results" + ("" if out is None else f"; {quote_path(out / 'report.html')} shows them")
-            )
+        _print_result(result, case_records.record, code, long=long)
+        _print_where_all_is(out, long=long)
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3
+
+
+def _print_result(result: CaseResult, record: Mapping[str, Any], code: VehicleCode | None, *, long: bool) -> None:
+    """Print the result of a case, and the numbers to set in a vehicle-dynamics code."""
+    from fecontact.outputs.case_parts import case_parts
+    from fecontact.outputs.case_words import case_words
+    from fecontact.outputs.code_settings import settings_lines, settings_of_result
+
+    print_parts(case_parts(record, case_words(record["case"]), elements=result.case.refine == "evidence"), long=long)
+    if code is not None:
+        print_parts(settings_lines(code, settings_of_result(result.case, record)))
+
+
+def _print_where_all_is(out: Path | None, *, long: bool) -> None:
+    """Print where all results are shown, unless they are printed."""
+    if not long:
+        print_result(
+            "--long prints all results" + ("" if out is None else f"; {quote_path(out / 'report.html')} shows them")
+        )
+
+
+def _solve_wheelset(
+    case: Case, code: VehicleCode | None, *, json: bool, out: Path | None, force: bool, long: bool
+) -> int:
+    """Solve both wheels of the wheelset of a case; exit code 3 unless both have a usable result."""
+    from fecontact.files import format_json
+    from fecontact.runs.cost import CASE_FILES_S, estimate_cost
+    from fecontact.runs.store import CaseRecords
+    from fecontact.runs.wheelset import (
+        keep_wheelset,
+        list_wheelset_errors,
+        make_wheelset_record,
+        prepare_for_wheelset,
+    )
+    from fecontact.solving.solve import CaseResult
+    from fecontact.solving.wheelset_solution import list_wheelset_cases, solve_wheelset
+
+    cases = list_wheelset_cases(case)
+    print_notes(describe_unusual_inputs(list(cases.values())))
+    if out is not None:
+        prepare_for_wheelset(out, cases, force=force)
+    wheel_cases = list(cases.values())
+    if cost := estimate_cost(wheel_cases, 1) if out is None else estimate_cost(wheel_cases, 1, files=CASE_FILES_S):
+        announce(*cost.words)
+    with show_solution_progress() as progress:
+        results = solve_wheelset(case, progress=progress)
+        case_records = {
+            side: CaseRecords.of(result) for side, result in results.items() if isinstance(result, CaseResult)
+        }
+        record = make_wheelset_record(results, case_records)
+        if out is not None:
+            keep_wheelset(results, case_records, record, out)
+    if json:
+        print(format_json(record), flush=True)
+    else:
+        for side, result in results.items():
+            print_result(f"{side} wheel")
+            if isinstance(result, CaseResult):
+                _print_result(result, case_records[side].record, code, long=long)
+        print_parts(record["answer"])
+        _print_where_all_is(out, long=long)
+    errors = {f"{side} wheel": str(error) for side, error in list_wheelset_errors(results).items()}
+    print_reasons(f"{len(errors)} of {count_text(len(results), 'wheel')} not solved", errors)
+    is_usable = all(isinstance(result, CaseResult) and result.load.usable for result in results.values())
+    return 0 if is_usable else 3
 
 
 def run(

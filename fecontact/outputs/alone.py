@@ -14,6 +14,7 @@ from fecontact.outputs.cases import cheapest_column
 from fecontact.outputs.flat_records import Record, flatten, select_attributes
 from fecontact.outputs.geometry import touch_columns
 from fecontact.outputs.records.cheapest import cheapest_columns
+from fecontact.outputs.table_jumps import describe_jumps
 from fecontact.outputs.tables import TableRecord, make_table, number_column, text_column
 from fecontact.outputs.terminal import OutputLines
 from fecontact.placement.wheel_on_rail import Placement
@@ -246,8 +247,7 @@ _COLUMNS = (
     text_column("strips", "strip_status", none="-"),
     cheapest_column("cheapest within criteria", "cheapest_theory"),
 )
-# Jumps that have a sentence each.
-_MOST_JUMPS = 10
+_T_GAMMA_COLUMN = number_column("T-gamma\nN", "strip_t_gamma_N", "{:.2f}")
 _MAP_COLUMN = cheapest_column("map: cheapest", "map_cheapest_theory")
 
 
@@ -262,39 +262,32 @@ def _worst_interpolation_text(rows: Sequence[TableRecord], name: str) -> str:
     return f"{worst[name]:.2g} % (next to {_position_text(worst)})"
 
 
-def _step_texts(rows: Sequence[TableRecord]) -> Iterator[str]:
-    """Sentences on the accuracy of interpolation between shifts, and on each jump."""
+def _step_texts(rows: Sequence[TableRecord], stored: str) -> Iterator[str]:
+    """Sentences on the accuracy of interpolation between shifts, and on intervals with jumps."""
     steps = [row for row in rows if row.get("shift_step_status")]
     accurate_steps = [row for row in steps if row["shift_step_status"] == "within accuracy"]
-    jumps = [row for row in steps if row["shift_step_status"] == "jump"]
     if accurate_steps:
         worst = max(accurate_steps, key=lambda row: row["shift_step_error_percent"])
         place = f" ({worst['shift_step_error_column']}, from {_position_text(worst)})" * bool(
             worst["shift_step_error_column"]
         )
         yield (
-            "error of linear interpolation in the middle of steps of the shift: up to"
+            "error of linear interpolation at the checked shifts between rows: up to"
             f" {worst['shift_step_error_percent']:.2g} %{place}"
         )
-    for row in jumps[:_MOST_JUMPS]:
-        error = row["shift_step_error_percent"]
-        words = "is missing on one side" if error is None else f"is off by {error:.2g} %"
-        end_mm = row["lateral_shift_mm"] + row["shift_step_mm"]
-        yield (
-            f"jump from {row['lateral_shift_mm']:+.4f} to {end_mm:+.4f} mm{_position_text(row).partition(' mm')[2]}:"
-            f" {row['shift_step_error_column']} {words}; the accuracy cannot be reached there"
-        )
-    if len(jumps) > _MOST_JUMPS:
-        yield f"{len(jumps) - _MOST_JUMPS} further jumps: see shift_step_status in the table"
+    yield from describe_jumps(rows, stored)
 
 
-def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
+def contact_table_lines(rows: Sequence[TableRecord], stored: str = "the table") -> OutputLines:
     """Iterate over the outputs of a contact table: its most important columns and notes.
 
     Parameters
     ----------
     rows
-        Rows of the table. Columns of a map are shown if the rows have them, and a column of yaws if a wheel has a yaw.
+        Rows of the table. Columns of a map and T-gamma are shown if the rows have them, and a column of yaws if a wheel
+        has a yaw.
+    stored
+        Place of the whole table, in words.
 
     Returns
     -------
@@ -303,7 +296,11 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
     """
     has_map_columns = any("map_cheapest_theory" in row for row in rows)
     has_yaws = any(row.get("yaw_mrad") for row in rows)
-    columns = [_SHIFT_COLUMN, *[_YAW_COLUMN] * has_yaws, *_COLUMNS, *[_MAP_COLUMN] * has_map_columns]
+    has_forces = any("strip_t_gamma_N" in row for row in rows)
+    columns = [
+        *(_SHIFT_COLUMN, *[_YAW_COLUMN] * has_yaws, *_COLUMNS),
+        *(*[_T_GAMMA_COLUMN] * has_forces, *[_MAP_COLUMN] * has_map_columns),
+    ]
     yield make_table("Contact table", columns, rows)
     if worst_texts := [
         _worst_interpolation_text(rows, name)
@@ -314,7 +311,7 @@ def contact_table_lines(rows: Sequence[TableRecord]) -> OutputLines:
             "error of linear interpolation midway between rows: approach of the strip method up to"
             f" {worst_texts[0]}, stiffness up to {worst_texts[1]}; smaller steps there reduce it"
         )
-    yield from _step_texts(rows)
+    yield from _step_texts(rows, stored)
     for row in rows:
-        for note in filter(None, (row["problem"], row.get("hertz_notes"))):
+        for note in filter(None, (row["problem"], row.get("hertz_notes"), row.get("creep_notes"))):
             yield f"{_position_text(row)}: {note}"

@@ -68,7 +68,7 @@ def case_parts(record: TableRecord, title: str = "", *, elements: bool = True) -
         measures,
         *lobes,
         *_theory_lines(record),
-        *_feature_answers(record),
+        *iterate_feature_answers(record),
         Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
         Details("All measures", list(_detail_parts(record, elements))),
         Details("All numbers", [numbers_table(record)]),
@@ -118,8 +118,19 @@ def _theory_lines(record: TableRecord) -> Iterator[str]:
     yield reference + "; ".join(f"{answer}: {', '.join(names)}" for answer, names in by_answer.items())
 
 
-def _feature_answers(record: TableRecord) -> Iterator[str]:
-    """Iterate over the sentences of features on the main results."""
+def iterate_feature_answers(record: TableRecord) -> Iterator[str]:
+    """Iterate over the sentences of features on the main results, such as creep forces.
+
+    Parameters
+    ----------
+    record
+        Record of a result.
+
+    Yields
+    ------
+    str
+        Sentences.
+    """
     for name, telling in load_offers("TELLINGS").items():
         if record[name] is not None:
             yield from telling.answer(record[name])

@@ -161,6 +161,9 @@ class Telling:
         Function from the record to parts of a document on a case, its details.
     of_rows
         Function from rows to the parts that are shown below them.
+    total
+        Function from the records of the wheels of a vehicle to sentences on their sum. The record of a wheel without a
+        usable result is None.
     """
 
     record: Callable[[Any], Any] = to_plain
@@ -169,3 +172,4 @@ class Telling:
     answer: Callable[[TableRecord], Iterable[str]] = lambda record: ()
     parts: Callable[[TableRecord], Parts] = lambda record: ()
     of_rows: Callable[[Sequence[TableRecord]], Parts] = lambda rows: ()
+    total: Callable[[Sequence[TableRecord | None]], Iterable[str]] = lambda records: ()

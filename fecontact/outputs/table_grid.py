@@ -34,6 +34,7 @@ _UDUNITS = {
     "%": "percent",
     "mm²": "mm2",
     "N mm²": "N mm2",
+    "1/mm": "mm-1",
     "N/mm": "N mm-1",
     "N/mm^1.5": "N mm-1.5",
 }

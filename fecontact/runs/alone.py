@@ -10,6 +10,7 @@ from typing import Any
 
 from fecontact.case import Case
 from fecontact.errors import InputError
+from fecontact.feature_registry import load_offers
 from fecontact.inputs.texts import require_number_list
 from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_columns, map_columns, table_row
@@ -138,10 +139,11 @@ def table(
     yaws_mrad
         Yaws of the wheelset, in mrad; None for the yaw of the case.
     accuracy_percent
-        Accuracy of linear interpolation between shifts, in % (0.1 to 50): steps are halved where it is not reached in
-        their middle, down to 0.01 mm. The error is relative to the value; for positions, angles and rolling radii it is
-        relative to their range over the table, and for the centre of pressure to the half-width. Radii of curvature are
-        not checked. None for the given shifts alone.
+        Accuracy of linear interpolation between shifts, in % (0.1 to 50): steps, which are checked at least every
+        0.125 mm, are halved where it is not reached, down to 0.01 mm. The error is relative to the value; for places,
+        angles, rolling radii, creepages, creep forces and T-gamma it is relative to their range over the table, for the
+        centre of pressure to the half-width, and for one of several patches or contact points to the largest value.
+        Radii of curvature are not checked. None for the given shifts alone.
     map_folder
         Folder of a map that `fecontact map` wrote for this pair: columns `map_*` have its verdicts at its shifts and
         loads, in rows with one of its yaws; `map_status` is `not in the map` in all other rows.
@@ -155,8 +157,10 @@ def table(
         `strip_approach_between_percent` and `strip_stiffness_between_percent` are the errors of linear interpolation to
         the neighbouring shifts, yaws and loads, compared with the strips in the middle between them. A position without
         contact is a row with its `problem`. With an accuracy the rows are sorted by shift. `shift_step_mm` is the step
-        to the next shift, `shift_step_error_percent` its largest error in the middle (None if a column is missing on
-        one side), `shift_step_error_column` the column, and `shift_step_status` is `within accuracy` or `jump`.
+        to the next shift, `shift_step_error_percent` its largest error (None if a column is missing on one side),
+        `shift_step_error_column` the column, and `shift_step_status` is `within accuracy` or `jump`. With friction
+        `creep_*`, `hertz_creep_*`, `strip_creep_*`, `hertz_t_gamma_N` and `strip_t_gamma_N` are creepages, and creep
+        forces and T-gamma by FASTSIM.
 
     Raises
     ------
@@ -178,10 +182,22 @@ def table(
     map_rows_by_line = None if map_folder is None else _read_map_lines(Path(map_folder), case, yaws)
     accuracy = None if accuracy_percent is None else require_accuracy(accuracy_percent)
 
+    case.creep.refuse_unheard()
+    feature_columns = load_offers("TABLE_COLUMNS").values()
+    # rows in the middle of a step are evaluated once, for its accuracy and for the errors of interpolation
+    evaluated: dict[Line, Record] = {}
+
     def compute_rows(row_shifts: Sequence[float]) -> list[Record]:
         lines = iterate_table_rows(case, row_shifts, loads, yaws)
         count = len(row_shifts) * len(yaws) * len(loads)
-        return [table_row(line) for line in report_progress(lines, count, progress, "strips and cheaper theories")]
+        rows = []
+        for line in report_progress(lines, count, progress, "strips and cheaper theories"):
+            row = table_row(line)
+            for make_columns in feature_columns:
+                row |= make_columns(line)
+            rows.append(row)
+        evaluated.update((_line_key(row), row) for row in rows)
+        return rows
 
     rows = compute_rows(shifts) if accuracy is None else refine_shifts(shifts, compute_rows, accuracy)
     if map_rows_by_line is not None:
@@ -189,7 +205,7 @@ def table(
     rows_by_line = {_read_line(row): row for row in rows}
     middles = list(_iterate_middles(list(rows_by_line)))
     for middle, corners in report_progress(middles, len(middles), progress, "strips between rows"):
-        _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners])
+        _add_interpolation_errors(case, middle, [rows_by_line[corner] for corner in corners], evaluated)
     return equalise_columns(rows)
 
 
@@ -228,13 +244,20 @@ def _iterate_middles(lines: Sequence[Line]) -> Iterator[tuple[Line, list[Line]]]
             yield (sum(shifts) / len(shifts), sum(yaws) / len(yaws), sum(loads) / len(loads)), corners
 
 
-def _add_interpolation_errors(case: Case, middle: Line, rows: Sequence[Record]) -> None:
+def _add_interpolation_errors(
+    case: Case, middle: Line, rows: Sequence[Record], evaluated: Mapping[Line, Record]
+) -> None:
     """Add the error of interpolation at a middle to the rows around it.
 
-    A row keeps the largest error of all its middles, in %.
+    A row keeps the largest error of all its middles, in %. A middle that is evaluated is not evaluated again.
     """
-    strip_values = compute_strip_stiffness(_place_on_line(case, middle))
-    if strip_values is None or not all("strip_approach_mm" in row for row in rows):
+    if not all("strip_approach_mm" in row for row in rows):
+        return
+    if (middle_row := evaluated.get(_round_line(middle))) is not None:
+        strip_values = tuple(middle_row.get(name) for name in INTERPOLATION_ERROR_COLUMNS)
+    else:
+        strip_values = compute_strip_stiffness(_place_on_line(case, middle)) or (None, None)
+    if None in strip_values:
         return
     for name, value in zip(INTERPOLATION_ERROR_COLUMNS, strip_values, strict=True):
         row_values = [row[name] for row in rows]
@@ -259,5 +282,10 @@ def _read_line(row: Mapping[str, Any]) -> Line:
 
 def _line_key(row: Mapping[str, Any]) -> Line:
     """Line of a row, rounded, as the key of rows of a map."""
-    shift_mm, yaw_mrad, load_kN = (round(value, _KEY_DECIMALS) for value in _read_line(row))
+    return _round_line(_read_line(row))
+
+
+def _round_line(line: Line) -> Line:
+    """Line with rounded values."""
+    shift_mm, yaw_mrad, load_kN = (round(value, _KEY_DECIMALS) for value in line)
     return shift_mm, yaw_mrad, load_kN

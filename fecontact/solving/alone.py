@@ -173,8 +173,11 @@ def compute_normal_force(case: Case, placement: Placement) -> float:
 STRIPS = "strip"
 """Name of the strip method among `THEORIES`."""
 _CENTRE = "centre_over_b"
-# The stiffness of the strips is a difference quotient over this fraction of the force on either side.
-_FORCE_STEP = 0.02
+# The stiffness of the strips is a difference quotient over this fraction of the force on either side. Strips begin and
+# end to carry in steps, by up to 0.08 % of the approach: over 2 % of the force the stiffness of S1002 on 60E1 between
+# 3.5 and 4.4 mm scatters by up to 3.6 %, over 5 % by 1.3 %, over 10 % by 0.7 %. Over 10 % the quotient of Hertz's
+# spring is 0.1 % below its tangent.
+_FORCE_STEP = 0.1
 _UNRESOLVED = TheoryAnswer(answer="UNRESOLVED")
 
 

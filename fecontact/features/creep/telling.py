@@ -11,6 +11,7 @@ from fecontact.contact_theories.rolling.creepage import CreepForce
 from fecontact.features.creep.creep_comparison import CreepComparison
 from fecontact.features.creep.force_verdict import DECIDING_THEORY
 from fecontact.features.creep.judged_force import FORCE_MEASURE
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.parts import Telling
 from fecontact.outputs.tables import CellSource, Column, Table, TableRecord, make_table, number_column, text_column
@@ -139,16 +140,68 @@ def answer_creep_forces(record: TableRecord) -> Iterator[str]:
         yield f"{title}: {law['fe']['problem']}"
         return
     forces = f"Fx {1e-3 * law['fe']['fx_N']:+.3f} kN, Fy {1e-3 * law['fe']['fy_N']:+.3f} kN"
+    if law["fe"]["mz_Nmm"] is not None:
+        forces += f", Mz {1e-3 * law['fe']['mz_Nmm']:+.2f} N m"
     t_gamma = law["fe"]["power_per_speed_N"]
-    yield f"{title}: {forces}" + ("" if t_gamma is None else f", T-gamma {t_gamma:.2f} N{_format_t_gamma_error(law)}")
+    yield f"{title}: {forces}{_format_force_error(law)}" + (
+        "" if t_gamma is None else f", T-gamma {t_gamma:.2f} N{_format_t_gamma_error(law)}"
+    )
+
+
+def _format_force_error(law: TableRecord) -> str:
+    """Size of the deviation of Hertz's force with its uncertainty; empty without a deviation."""
+    if law["deviation_of_muN"] is None:
+        return ""
+    deviation, uncertainty = 1e2 * law["deviation_of_muN"], law["uncertainty_of_muN"]
+    return (
+        f" (Hertz differs by {deviation:.1f}{'' if uncertainty is None else f' ± {1e2 * uncertainty:.1f}'} % of mu N)"
+    )
 
 
 def _format_t_gamma_error(law: TableRecord) -> str:
     """Deviation of Hertz's T-gamma with its uncertainty; empty without a deviation."""
-    deviation, uncertainty = law["t_gamma_deviation_percent"], law["t_gamma_uncertainty_percent"]
-    if deviation is None:
+    return _format_relative_error(law["t_gamma_deviation_percent"], law["t_gamma_uncertainty_percent"])
+
+
+def _format_relative_error(deviation_percent: float | None, uncertainty_percent: float | None) -> str:
+    """Deviation of Hertz with its uncertainty, in brackets; empty without a deviation."""
+    if deviation_percent is None:
         return ""
-    return f" (Hertz {deviation:+.1f} %{'' if uncertainty is None else f' ± {uncertainty:.1f} %'})"
+    uncertainty = "" if uncertainty_percent is None else f" ± {uncertainty_percent:.1f} %"
+    return f" (Hertz {deviation_percent:+.1f} %{uncertainty})"
+
+
+def answer_total_t_gamma(records: Sequence[TableRecord | None]) -> Iterator[str]:
+    """Yield the sum of T-gamma over the wheels of a vehicle.
+
+    The uncertainties of the wheels are added, because their causes are not independent.
+
+    Parameters
+    ----------
+    records
+        Record of creep forces of each wheel; None for a wheel without a usable result.
+
+    Yields
+    ------
+    str
+        Sentence with the sum, the number of wheels, and the deviation of Hertz; nothing if no wheel has T-gamma.
+    """
+    laws = [record["theories"][DECIDING_THEORY] for record in records if record is not None]
+    laws = [law for law in laws if None not in (law["fe"]["power_per_speed_N"], law["hertz"]["power_per_speed_N"])]
+    if not laws:
+        return
+    total_N, hertz_N = (sum(law[side]["power_per_speed_N"] for law in laws) for side in ("fe", "hertz"))
+    uncertainties = [
+        0.0 if law["fe"]["power_per_speed_N"] == 0.0 else law["t_gamma_uncertainty_percent"] for law in laws
+    ]
+    deviation = uncertainty = None
+    if total_N > 0.0:
+        deviation = 1e2 * (hertz_N / total_N - 1.0)
+        if None not in uncertainties:
+            shares = (law["fe"]["power_per_speed_N"] / total_N for law in laws)
+            uncertainty = sum(share * percent for share, percent in zip(shares, uncertainties, strict=True))
+    count = f"{len(laws)} of " * (len(laws) < len(records)) + count_text(len(records), "wheel")
+    yield f"T-gamma of {count}: {total_N:.2f} N{_format_relative_error(deviation, uncertainty)}"
 
 
 def report_creep_forces(record: TableRecord) -> OutputLines:
@@ -244,4 +297,5 @@ CREEP = Telling(
     answer=answer_creep_forces,
     parts=report_creep_forces,
     of_rows=report_force_verdicts,
+    total=answer_total_t_gamma,
 )

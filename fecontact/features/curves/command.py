@@ -177,7 +177,7 @@ def curve(
     sentences: list[str] = []
     if curve_options.solve and out is not None:
         judged_wheels = _solve_wheels(results, out, curve_options.workers)
-        is_complete = is_complete and (judged_wheels.outcome is None or judged_wheels.outcome.all_converged)
+        is_complete = is_complete and judged_wheels.all_converged
         sentences = describe_solved_wheels(judged_wheels)
         record["solved_wheels"] = {
             "theory": judged_wheels.theory,
@@ -198,7 +198,8 @@ def _solve_wheels(results: CurveResults, out: Path, workers: int) -> SolvedWheel
     from fecontact.runs.cost import STUDY_FILES_S, estimate_cost
 
     with log_command(out / WHEELS_FOLDER / "run.log"):
-        if cost := estimate_cost([wheel.case for wheel in list_wheels(results)], workers, files=STUDY_FILES_S):
+        cases = [wheel.case for wheel in list_wheels(results) if wheel.case is not None]
+        if cases and (cost := estimate_cost(cases, workers, files=STUDY_FILES_S)):
             announce(*cost.words)
         with show_job_progress("wheels") as progress:
             judged_wheels = solve_wheels(results, out / WHEELS_FOLDER, RunSettings(workers=workers), progress)

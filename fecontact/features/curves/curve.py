@@ -247,7 +247,7 @@ class WheelRun:
         Forces of the patches in the frame of the left side; a right wheel is mirrored to the left side.
     """
 
-    TELLS = ("side", "normal_force_N", "lateral_force_N", "vertical_force_N", "y_over_q", "patches")
+    TELLS = ("side", "normal_force_N", "lateral_force_N", "vertical_force_N", "y_over_q", "t_gamma_N", "patches")
 
     side: TrackSide
     lateral_force_N: float
@@ -260,9 +260,19 @@ class WheelRun:
         return self.lateral_force_N / self.vertical_force_N if self.vertical_force_N > 0.0 else math.nan
 
     @property
+    def sorted_patches(self) -> tuple[PatchForce, ...]:
+        """Patches by decreasing normal force."""
+        return tuple(sorted(self.patches, key=lambda patch: patch.normal_force_N, reverse=True))
+
+    @property
     def normal_force_N(self) -> float:
         """Sum of the normal forces of all patches."""
         return sum(patch.normal_force_N for patch in self.patches)
+
+    @property
+    def t_gamma_N(self) -> float:
+        """T-gamma, the wear number, of all patches: power of slip divided by the running speed."""
+        return sum(patch.t_gamma_N for patch in self.patches)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -271,17 +281,21 @@ class WheelsetRun:
 
     Attributes
     ----------
-    lateral_shift_mm, roll_mrad
-        Lateral shift and roll.
+    lateral_shift_mm, height_mm, roll_mrad
+        Lateral shift, height of the centre in the track frame, and roll.
     yaw_mrad
         Yaw against the track: the angle of attack.
+    slip
+        Speed of rotation divided by the speed of rotation that rolls on the tape circle, minus 1.
     wheels
         Left wheel and right wheel.
     """
 
     lateral_shift_mm: float
+    height_mm: float
     yaw_mrad: float
     roll_mrad: float
+    slip: float
     wheels: tuple[WheelRun, ...]
 
 
@@ -421,7 +435,9 @@ def _make_wheelset_runs(state: Floats, vehicle: Vehicle, balance: Balance) -> tu
         WheelsetRun(
             lateral_shift_mm=float(wheelset_state[0]),
             yaw_mrad=float(wheelset_state[3]),
+            height_mm=float(wheelset_state[1]),
             roll_mrad=float(wheelset_state[2]),
+            slip=1e-3 * float(wheelset_state[4]),
             wheels=tuple(
                 WheelRun(
                     side=side,

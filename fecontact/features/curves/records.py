@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import Literal
 
-from fecontact.features.curves.curve import CurveRun
+from fecontact.features.curves.curve import CurveRun, WheelRun
 from fecontact.features.curves.sentences import describe_paths
 from fecontact.features.curves.visits import NO_CELL, CurveResults
 from fecontact.outputs.flat_records import Record, flatten, select_attributes, to_plain
@@ -16,6 +16,7 @@ SHARE_ANSWERS: Mapping[str, Literal["verdict", "cheapest_theory"]] = {
     "visited_percent": "verdict",
     "cheapest_theory_percent": "cheapest_theory",
 }
+_PATCH_COLUMNS = "normal_force_N angle_rad fx_N fy_N spin_moment_Nmm t_gamma_N"
 MAP_NOTE = "the wheels of the map have no yaw"
 STABILITY_NOTE = "the critical speed is for straight track; the stability of the motion in a curve is not computed"
 
@@ -91,10 +92,21 @@ def _make_wheel_rows(run: CurveRun) -> list[Record]:
             **select_attributes(wheelset, "lateral_shift_mm yaw_mrad roll_mrad"),
             **flatten(to_plain(wheel)),
             "patch_forces_N": " ".join(f"{patch.normal_force_N:.0f}" for patch in wheel.patches),
+            **_make_patch_columns(wheel),
         }
         for number, wheelset in enumerate(run.wheelsets, start=1)
         for wheel in wheelset.wheels
     ]
+
+
+def _make_patch_columns(wheel: WheelRun) -> Record:
+    """Make the columns of the patches, numbered from 1 by decreasing normal force."""
+    return flatten(
+        {
+            f"patch{number}": {**select_attributes(patch, _PATCH_COLUMNS), **to_plain(patch.creepages)}
+            for number, patch in enumerate(wheel.sorted_patches, start=1)
+        }
+    )
 
 
 def make_position_rows(results: CurveResults) -> list[Record]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,6 +17,7 @@ from fecontact.features.curves.sentences import (
 )
 from fecontact.features.curves.visits import CurveResults
 from fecontact.inputs.texts import escape_line
+from fecontact.outputs.flat_records import select_attributes
 from fecontact.outputs.tables import Table, make_table, number_column, number_text, text_column
 from fecontact.outputs.terminal import OutputLines, note_lines
 
@@ -27,7 +29,20 @@ _WHEELSET_COLUMNS = (
     number_column("yaw\nmrad", "yaw_mrad", "{:+z.2f}", none=""),
     *(text_column(f"Y/Q\n{side}", f"y_over_q {side}", "number") for side in ("left", "right")),
     *(text_column(f"patches {side}\nkN", f"patches {side}", "number") for side in ("left", "right")),
+    text_column("T-gamma\nN", "t_gamma", "number"),
     text_column("resistance\nN/kN", "resistance", "number"),
+)
+_FORCE_SIGNS = "x forward, y to the field side"
+_FORCE_COLUMNS = (
+    number_column("radius\nm", "radius_m", none=""),
+    number_column("wheelset", "wheelset", "{:.0f}", none=""),
+    text_column("wheel", "side"),
+    number_column("T-gamma\nN", "t_gamma_N", "{:.2f}", none=""),
+    number_column("N\nkN", "normal_force_N", "{:.1f}", 1e-3, none="none"),
+    number_column("Fx\nkN", "fx_N", "{:+z.3f}", 1e-3, none=""),
+    number_column("Fy\nkN", "fy_N", "{:+z.3f}", 1e-3, none=""),
+    number_column("Mz\nN m", "spin_moment_Nmm", "{:+z.2f}", 1e-3, none=""),
+    number_column("|F|\n% of mu N", "force_of_limit", "{:.0f}", 1e2, none=""),
 )
 
 
@@ -51,6 +66,9 @@ def format_curves(results: CurveResults) -> OutputLines:
     for theory, runs in results.runs.items():
         title = f"{name}{bogie_words}, normal forces by {theory}; shift > 0 and yaw > 0 to the left"
         yield _make_wheelset_table(title, runs)
+        yield _make_force_table(
+            f"{theory}: creep forces on the wheels; {_FORCE_SIGNS}", runs, results.conditions.friction
+        )
         yield from note_lines(
             f"R {run.radius_m:g} m: {run.status}: {'; '.join(run.notes)}" for run in runs if run.notes
         )
@@ -77,6 +95,7 @@ def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
     for run in runs:
         row: dict[str, Any] = {"radius_m": run.radius_m, "speed_km_h": run.speed_km_h}
         if run.is_balanced:
+            row["t_gamma"] = number_text(run.power_per_speed_N, "{:.1f}")
             row["resistance"] = number_text(run.resistance_N_per_kN, "{:.2f}")
         for wheelset_number, wheelset in enumerate(run.wheelsets, start=1):
             row["wheelset"] = wheelset_number
@@ -92,3 +111,25 @@ def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:
         if not run.wheelsets:
             rows.append(row)
     return make_table(title, _WHEELSET_COLUMNS, rows)
+
+
+def _make_force_table(title: str, runs: Sequence[CurveRun], friction: float) -> Table:
+    """Make a table of creep forces with a line for each patch.
+
+    T-gamma is the sum over the patches of a wheel, in the line of its largest patch.
+    """
+    rows: list[dict[str, Any]] = []
+    for run in runs:
+        curve_columns: dict[str, Any] = {"radius_m": run.radius_m}
+        for number, wheelset in enumerate(run.wheelsets if run.is_balanced else (), start=1):
+            curve_columns["wheelset"] = number
+            for wheel in wheelset.wheels:
+                patch_rows = [
+                    select_attributes(patch, "normal_force_N fx_N fy_N spin_moment_Nmm")
+                    | {"force_of_limit": math.hypot(patch.fx_N, patch.fy_N) / (friction * patch.normal_force_N)}
+                    for patch in wheel.sorted_patches
+                ] or [{}]
+                patch_rows[0] |= {**curve_columns, "side": wheel.side, "t_gamma_N": wheel.t_gamma_N}
+                rows += patch_rows
+                curve_columns = {}
+    return make_table(title, _FORCE_COLUMNS, rows)

@@ -110,6 +110,10 @@ class PatchForce:
         Rolling radius at the centre of pressure.
     a_mm, b_mm
         Semi-axes of the equivalent ellipse.
+    spin_moment_Nmm
+        Moment of the creep forces on the wheel about the contact normal at the centre of pressure.
+    t_gamma_N
+        Power of slip divided by the running speed: T-gamma, the wear number.
     creepages
         Creepages at the centre of pressure.
     problem
@@ -119,6 +123,8 @@ class PatchForce:
     normal_force_N: float
     fx_N: float
     fy_N: float
+    spin_moment_Nmm: float
+    t_gamma_N: float
     angle_rad: float
     place_mm: tuple[float, float, float]
     radius_mm: float
@@ -267,10 +273,14 @@ def _compute_patch_force(
     across_direction = np.stack([np.zeros_like(fy), np.cos(angle[strips]), np.sin(angle[strips])], axis=1)
     tangential = np.array([1.0, 0.0, 0.0]) * fx[:, None] + across_direction * fy[:, None]
     force = normal[strips] * strip_forces_N[:, None] + tangential
+    t_gamma = -float((velocity[strips] * tangential).sum() + spin[strips] @ turning_moment)
+    creep_moment = np.cross(positions[strips] - positions[-1], tangential).sum(axis=0) + turning_moment @ normal[strips]
     patch = PatchForce(
         normal_force_N=load,
         fx_N=float(fx.sum()),
         fy_N=float(fy.sum()),
+        spin_moment_Nmm=float(creep_moment @ normal[-1]),
+        t_gamma_N=t_gamma,
         angle_rad=float(angle[-1]),
         place_mm=(float(positions[-1, 0]), float(positions[-1, 1]), float(positions[-1, 2])),
         radius_mm=float(points.radius_mm[-1]),
@@ -282,7 +292,7 @@ def _compute_patch_force(
     return WheelForce(
         force_N=force.sum(axis=0),
         moment_Nmm=np.cross(arm[strips], force).sum(axis=0) + turning_moment @ normal[strips],
-        power_per_speed_N=-float((velocity[strips] * tangential).sum() + spin[strips] @ turning_moment),
+        power_per_speed_N=t_gamma,
         turned_N=motion.curvature_per_mm * float(force[:, 1] @ arm[strips, 0]),
         patches=(patch,),
     )
