@@ -4,12 +4,19 @@ Worn and noisy copies of profiles of the library, written with a seed (`fecontac
 rail at ten positions. The report is timed on as many rows as asked for: the screened ones, again and again under other
 names of wheels. Times are of processes of their own; memory is the largest of a worker.
 
+The CPU time of the screening alone is that of a run with read files and no finished pair, minus that of a run with
+nothing to do. With `--against`, a different checkout screens the same files in turn, because times on a busy machine
+are comparable only within minutes.
+
     python studies/benchmark_fleet.py --wheels 100 --rails 10 --report-rows 100000
     python studies/benchmark_fleet.py --wheels 100 --rails 100
+    python studies/benchmark_fleet.py --wheels 4 --rails 4 --workers 1 --repeats 3 --against ../earlier
 """
 
 import argparse
+import os
 import resource
+import shutil
 import subprocess
 import sys
 import time
@@ -19,17 +26,55 @@ from pathlib import Path
 import pyarrow.parquet as parquet
 from pyarrow import Table, array, concat_tables
 
+HERE = Path(__file__).resolve().parents[1]
+MANY_POSITIONS = 100_000
 
-def run_timed(words: str, *command: str) -> None:
-    """Run a command, and print its seconds, CPU seconds and peak memory.
 
-    The memory is the largest of all commands until then.
+def run_timed(words: str, *command: str, checkout: Path = HERE) -> float:
+    """Run a command of a checkout, print its cost, and return its CPU seconds.
+
+    The cost is seconds, CPU seconds and peak memory. The memory is the largest of all commands until then.
     """
     begun, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run([sys.executable, "-m", "fecontact", "fleet", *command], check=True, stdout=subprocess.DEVNULL)
+    environment = os.environ | {"PYTHONPATH": str(checkout)}
+    arguments = [sys.executable, "-m", "fecontact", "fleet", *command]
+    subprocess.run(arguments, check=True, stdout=subprocess.DEVNULL, env=environment)
     elapsed, after = time.perf_counter() - begun, resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     print(f"{words}: {elapsed:.0f} s, {cpu:.0f} CPU s, at most {after.ru_maxrss / 1024.0:.0f} MB a process", flush=True)
+    return cpu
+
+
+def time_screening(files: str, screened: Path, workers: int, checkout: Path) -> float:
+    """CPU seconds of screening all pairs by a checkout.
+
+    Reading files and starting processes are not included.
+    """
+    run = ("run", f"{files}/fleet.toml", "--out", str(screened), "--workers", str(workers))
+    shutil.rmtree(screened / "pairs")
+    cpu = run_timed(f"screen, {checkout.name}", *run, checkout=checkout)
+    return cpu - run_timed(f"nothing to do, {checkout.name}", *run, checkout=checkout)
+
+
+def compare_checkouts(files: str, out: Path, workers: int, repeats: int, checkouts: dict[str, Path]) -> None:
+    """Print the CPU time of screening by each checkout, and the ratio of the times."""
+    cpu: dict[str, list[float]] = {name: [] for name in checkouts}
+    for name, checkout in checkouts.items():
+        run = ("run", f"{files}/fleet.toml", "--out", str(out / name), "--workers", str(workers))
+        run_timed(f"read and screen, {name}", *run, checkout=checkout)
+    for _ in range(repeats):
+        for name, checkout in checkouts.items():
+            cpu[name].append(time_screening(files, out / name, workers, checkout))
+    table = concat_tables([parquet.ParquetFile(path).read() for path in (out / "this" / "screen").iterdir()])
+    positions, variants = table.num_rows, sum(filter(None, table["lines"].to_pylist()))
+    for name, seconds in cpu.items():
+        shortest = min(seconds)
+        print(
+            f"{name}: {1e3 * shortest / positions:.1f} CPU ms a position, {1e3 * shortest / variants:.2f} CPU ms a"
+            f" variant ({variants / positions:.1f} variants a position); extrapolated to {MANY_POSITIONS} positions:"
+            f" {shortest / positions * MANY_POSITIONS / 3600.0:.2f} CPU hours; {shortest / min(cpu['this']):.2f} times"
+            " the time of this checkout"
+        )
 
 
 def repeat_tables(screened: Path, out: Path, rows: int) -> int:
@@ -69,12 +114,14 @@ def main() -> None:
     parser.add_argument("--rails", type=int, default=100)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--report-rows", type=int, default=0)
+    parser.add_argument("--repeats", type=int, default=1)
+    parser.add_argument("--against", type=Path, help="folder of a different checkout")
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_fleet"))
     options = parser.parse_args()
-    files, screened, many = (str(options.out / name) for name in ("files", "screened", "many"))
+    files, screened, many = (str(options.out / name) for name in ("files", "this", "many"))
+    checkouts = {"this": HERE} | ({"other": options.against.resolve()} if options.against else {})
     run_timed("files", "examples", files, "--wheels", str(options.wheels), "--rails", str(options.rails))
-    run_timed("screen", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(options.workers))
-    run_timed("nothing to do", "run", f"{files}/fleet.toml", "--out", screened, "--workers", str(options.workers))
+    compare_checkouts(files, options.out, options.workers, options.repeats, checkouts)
     run_timed("report", "report", screened)
     if options.report_rows:
         rows = repeat_tables(Path(screened), Path(many), options.report_rows)

@@ -26,6 +26,7 @@ from fecontact.contact_theories.strip_method import (
     _selected_spans,
     calculate_influence,
     solve_strips,
+    solve_strips_of_lines,
 )
 from fecontact.contact_theories.stripes import solve_stripes
 from fecontact.contact_theories.strips import (
@@ -437,6 +438,29 @@ def test_a_wrong_influence_is_seen(fault, monkeypatch):
         abs(relative_percent(contact.approach_mm, hertz.approach_mm)),
     )
     assert off_most > 0.3
+
+
+def test_contacts_that_are_solved_together_are_exactly_the_contacts_alone():
+    lines, loads = [], []
+    # a narrow second patch has the least number of strips of a region, so that there are more than 100
+    for gap in (*GAPS.values(), lambda t: np.minimum(A * t**2, 2.0 * (t - 9.0) ** 2 + 0.01)):
+        line = line_of(gap, -15.0, 15.0, 1500)
+        unit_line = StripGap(t=line.t_mm, f=line.f_mm, A=A, E=MODULUS, closing=np.cos(0.02 * line.t_mm))
+        loads += [StripLoad(approach=0.03), *(StripLoad(force=force) for force in (5e3, 20e3, 80e3, 200e3))]
+        lines += 5 * [unit_line]
+    together = solve_strips_of_lines(lines, loads)
+    # more contacts than a stack has, which need different numbers of sweeps and strips
+    assert len(together) > 12
+    assert len({contact.sweeps for contact in together}) > 2
+    assert len({contact.t.size for contact in together}) > 1
+    for line, load, contact in zip(lines, loads, together, strict=True):
+        alone = solve_strips(line, load)
+        assert (contact.approach, contact.force, contact.sweeps) == (alone.approach, alone.force, alone.sweeps)
+        assert (contact.converged, contact.at_end) == (alone.converged, alone.at_end)
+        np.testing.assert_array_equal(contact.q, alone.q)
+        np.testing.assert_array_equal(contact.c, alone.c)
+        np.testing.assert_array_equal(contact.t, alone.t)
+    assert solve_strips_of_lines([], []) == []
 
 
 @pytest.mark.parametrize("gap", GAPS)

@@ -122,12 +122,12 @@ class GapLine:
         object.__setattr__(self, "turned_rad", angle if angle.size else np.zeros_like(t))
         object.__setattr__(self, "B_per_mm", b if b.size else _curvature(f, float(steps[0])))
 
-    @property
+    @cached_property
     def step_mm(self) -> float:
         """Distance between neighbouring positions."""
         return float((self.t_mm[-1] - self.t_mm[0]) / (self.t_mm.size - 1))
 
-    @property
+    @cached_property
     def touch(self) -> int:
         """Index of the contact point, the position of the smallest gap."""
         return int(np.argmin(self.f_mm))
@@ -237,20 +237,19 @@ def _rail_positions(placement: Placement) -> _RailPositions:
     Positions are uniform in the tangent plane, with a step of `_STEP_MM`, around the first contact point. They end
     where the gap exceeds `_MAX_GAP_MM`, with a reserve for the slide, or where a profile ends.
     """
-    rail, touch = placement.rail, placement.first
     coarse_t = np.linspace(-_HALF_WIDTH_MM, _HALF_WIDTH_MM, 2 * _POSITIONS_PER_SIDE // _COARSE_STRIDE + 1)
     coarse_gap = placement.wheel_over_plane.heights(coarse_t) - placement.rail_over_plane(coarse_t)[1]
-    largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(touch.contact_angle_rad))
+    largest_gap = _MAX_GAP_MM + _MAX_APPROACH_MM * abs(math.tan(placement.first.contact_angle_rad))
     coarse_range = _run_around(_is_within_gap(coarse_gap, largest_gap), _POSITIONS_PER_SIDE // _COARSE_STRIDE)
     first = max(coarse_range.start - 1, 0) * _COARSE_STRIDE
     last = min(coarse_range.stop * _COARSE_STRIDE, 2 * _POSITIONS_PER_SIDE)
     t = np.asarray(_STEP_MM * np.arange(first - _POSITIONS_PER_SIDE, last - _POSITIONS_PER_SIDE + 1), dtype=np.float64)
-    profile_parameters, height = placement.rail_over_plane(t)
+    profile_parameters, height, angle = placement.rail_over_plane(t)
     return _RailPositions(
         t_mm=t,
         height_mm=height,
-        surface_mm=rail.profile.arc_length(profile_parameters) - placement.first_arc_length_mm,
-        turned_rad=rail.section(profile_parameters)[2] - touch.contact_angle_rad,
+        surface_mm=placement.rail.profile.arc_length(profile_parameters) - placement.first_arc_length_mm,
+        turned_rad=angle,
     )
 
 

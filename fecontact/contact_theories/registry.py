@@ -7,7 +7,7 @@ approach to the contact. Its contact under a force is found here, and vehicles c
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -30,7 +30,12 @@ from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
 from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
 from fecontact.contact_theories.kpec import solve_kpec
 from fecontact.contact_theories.stripes import solve_stripes
-from fecontact.contact_theories.strips import build_gap_line_under_load, solve_strip_theory
+from fecontact.contact_theories.strips import (
+    build_gap_line_under_load,
+    build_gap_lines_under_loads,
+    solve_strip_theory,
+    solve_strip_theory_on_lines,
+)
 from fecontact.contact_theories.touch_hertz import describe_profile_end, solve_hertz_points
 from fecontact.errors import InputError
 from fecontact.placement.poses import ContactPoint, RelativeCurvature
@@ -51,12 +56,15 @@ class LoadedPlacement:
         Normal force of the finite elements.
     half_space
         Contact of the true gap on a half-space; None if it is not available.
+    known_gap_line
+        Gap line, if it was built before together with the gap lines of other positions.
     """
 
     placement: Placement
     case: Case
     normal_force_N: float
     half_space: Rung | None = None
+    known_gap_line: GapLine | None = None
 
     @cached_property
     def gap_line(self) -> GapLine:
@@ -64,6 +72,8 @@ class LoadedPlacement:
 
         Under a vertical load the wheel slides down a steep flank.
         """
+        if self.known_gap_line is not None:
+            return self.known_gap_line
         modulus = self.case.contact_modulus_MPa
         if self.case.load_kind == "normal":
             return build_gap_line(self.placement, contact_modulus_MPa=modulus)
@@ -212,7 +222,7 @@ def _multi_hertz(loaded: LoadedPlacement) -> TheoryContact | str | None:
 
 def _strip_theory_function(
     theory: Callable[[GapLine, float], StripContact], *, in_plane: bool = True
-) -> TheoryFunction:
+) -> Callable[[LoadedPlacement], TheoryContact | str]:
     """Create a theory function from a theory of strips under a force.
 
     The gap is on the line across through the first contact point. If `in_plane`, the strips of the theory lie on the
@@ -229,16 +239,66 @@ def _strip_theory_function(
             contact = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
-        if not (contact.half_length_mm > 0.0).any():
-            return "; ".join(contact.notes) or "no strip is in contact"
-        approximation = theory_contact_from_strips(_project_to_surface(contact, line) if in_plane else contact)
-        beyond_notes = _points_beyond_line(loaded.placement, line, approximation.approach_mm)
-        if not beyond_notes:
-            return approximation
-        status = "out of range" if approximation.status == "solved" else approximation.status
-        return replace(approximation, status=status, notes=(*approximation.notes, *beyond_notes))
+        return _describe_strips(loaded, _project_to_surface(contact, line) if in_plane else contact)
 
     return approximate
+
+
+def _describe_strips(loaded: LoadedPlacement, contact: StripContact) -> TheoryContact | str:
+    """Contact of a theory of strips, or the reason for no contact.
+
+    The strips of `contact` are on the surface of the rail.
+    """
+    if not (contact.half_length_mm > 0.0).any():
+        return "; ".join(contact.notes) or "no strip is in contact"
+    approximation = theory_contact_from_strips(contact)
+    beyond_notes = _points_beyond_line(loaded.placement, loaded.gap_line, approximation.approach_mm)
+    if not beyond_notes:
+        return approximation
+    status = "out of range" if approximation.status == "solved" else approximation.status
+    return replace(approximation, status=status, notes=(*approximation.notes, *beyond_notes))
+
+
+def solve_strips_of_positions(
+    positions: Sequence[LoadedPlacement],
+) -> list[tuple[LoadedPlacement, TheoryContact | str]]:
+    """Contacts by the strip method at many positions together.
+
+    This takes a part of the time of one position after the other. Each contact is exactly the contact by the theory
+    `strip`.
+
+    Parameters
+    ----------
+    positions
+        Placed cases under their normal forces, all with one contact modulus and one kind of load.
+
+    Returns
+    -------
+    list of tuple
+        Each position with its gap line, and its contact or the reason for no contact.
+    """
+    try:
+        lines = _build_gap_lines(positions)
+        contacts = solve_strip_theory_on_lines(lines, [loaded.normal_force_N for loaded in positions])
+    except InputError:
+        # one position without a gap line: each position alone has its own reason
+        return [(loaded, _approximate_by_strips(loaded)) for loaded in positions]
+    with_lines = [replace(loaded, known_gap_line=line) for loaded, line in zip(positions, lines, strict=True)]
+    return [(loaded, _describe_strips(loaded, contact)) for loaded, contact in zip(with_lines, contacts, strict=True)]
+
+
+_approximate_by_strips = _strip_theory_function(solve_strip_theory, in_plane=False)
+
+
+def _build_gap_lines(positions: Sequence[LoadedPlacement]) -> list[GapLine]:
+    """Gap line of each position, as `LoadedPlacement.gap_line`."""
+    if not positions or positions[0].case.load_kind == "normal":
+        return [loaded.gap_line for loaded in positions]
+    return build_gap_lines_under_loads(
+        [loaded.placement for loaded in positions],
+        [loaded.normal_force_N for loaded in positions],
+        contact_modulus_MPa=positions[0].case.contact_modulus_MPa,
+    )
 
 
 def _project_to_surface(contact: StripContact, line: GapLine) -> StripContact:
@@ -267,7 +327,7 @@ _APPROXIMATIONS: Mapping[str, TheoryFunction] = {
         name: _strip_theory_function(partial(solve_under_load, theory=theory))
         for name, theory in _GAP_LINE_THEORIES.items()
     },
-    "strip": _strip_theory_function(solve_strip_theory, in_plane=False),
+    "strip": _approximate_by_strips,
     "half_space": _half_space_contact,
 }
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))

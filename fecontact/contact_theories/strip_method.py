@@ -54,6 +54,8 @@ this closed form, which lets c vary across, and the sweeps are new in this modul
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -70,6 +72,9 @@ _SHORT_STRIP_RATIO = 0.4
 # A strip without contact has a squared half length of this fraction of its squared width, to avoid division by zero.
 _OPEN_STRIP_FRACTION = 1e-6
 _MAX_SWEEPS = 60
+# Number of entries of the influence matrices of contacts that are solved together. Ten contacts on 40 strips share the
+# time of a call of numpy, and their matrices stay in the cache of a core.
+_STACK_ENTRIES = 16_000
 DEFAULT_STRIPS = 100
 """Number of strips across a patch if no number is given."""
 # Exponent of the ratio that multiplies c. With an exponent of 1, c overshoots in patches that are long along the rail.
@@ -232,15 +237,54 @@ def solve_strips(
     >>> bool(abs(strips.approach / ((0.75 * 1e3 * 100.0 / 115e3) ** (2 / 3) / 100.0) - 1.0) < 0.003)
     True
     """
-    contact = _solve_coarsely(line, load, search.tolerance) if start is None else start
-    spans = _expected_spans(line, contact, load)
+    (solution,) = solve_strips_of_lines([line], [load], search, starts=None if start is None else [start])
+    return solution
+
+
+def solve_strips_of_lines(
+    lines: Sequence[StripGap],
+    loads: Sequence[StripLoad],
+    search: StripSearch = _DEFAULT_SEARCH,
+    *,
+    starts: Sequence[StripSolution] | None = None,
+) -> list[StripSolution]:
+    """Solve the contacts on many lines, each under its load.
+
+    Lines with equal numbers of strips share their operations on arrays. Each contact is
+    exactly the contact by `solve_strips`.
+
+    Parameters
+    ----------
+    lines
+        Gap, curvature along the rail, and contact modulus of each contact.
+    loads
+        Force or approach of each contact.
+    search
+        Number of strips and convergence criterion.
+    starts
+        Contact at nearly the load and position of each line, as in `solve_strips`.
+
+    Returns
+    -------
+    list of StripSolution
+        The contacts in the order of the lines.
+    """
+    contacts = _solve_coarsely(lines, loads, search.tolerance) if starts is None else list(starts)
+    spans = [_expected_spans(*contact) for contact in zip(lines, contacts, loads, strict=True)]
+    pending = list(range(len(lines)))
     for _ in range(_MAX_REGRIDS):
-        contact = _sweep(line, _interpolate_to(contact, *_build_strips(spans, search.strips)), load, search)
-        overlaps = _overlapping_spans(line, contact)
-        if not overlaps:
-            return replace(contact, at_end=_reaches_end(line, contact))
-        spans = _join_spans([*spans, *overlaps])
-    return replace(contact, converged=False, at_end=_reaches_end(line, contact))
+        strips = [_interpolate_to(contacts[k], *_build_strips(spans[k], search.strips)) for k in pending]
+        swept = _sweep([lines[k] for k in pending], strips, [loads[k] for k in pending], search)
+        overlaps = {k: _overlapping_spans(lines[k], contact) for k, contact in zip(pending, swept, strict=True)}
+        for k, contact in zip(pending, swept, strict=True):
+            contacts[k], spans[k] = contact, _join_spans([*spans[k], *overlaps[k]])
+        pending = [k for k in pending if overlaps[k]]
+        if not pending:
+            break
+    return [
+        replace(contact, converged=contact.converged and k not in pending, at_end=_reaches_end(line, contact))
+        for k, (line, contact) in enumerate(zip(lines, contacts, strict=True))
+    ]
 
 
 def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -248,26 +292,26 @@ def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats
 
     Parameters
     ----------
-    q : ndarray of shape (n,)
+    q : ndarray of shape (..., n)
         Squared half length of each strip in mm^2, in columns.
-    distance2 : ndarray of shape (n, n)
+    distance2 : ndarray of shape (..., n, n)
         Squared distances between the strips in mm^2.
-    h : ndarray of shape (n,)
+    h : ndarray of shape (..., n)
         Width of each strip in mm.
 
     Returns
     -------
-    J, dJ/dq, J / u^2, u^2 (n, n)
+    J, dJ/dq, J / u^2, u^2 (..., n, n)
         Integral in mm, its derivative in 1/mm, the curvature factor in 1/mm, and u^2 in mm^2.
     """
-    u2, slope, J = _influence_of_distant_strips(q, distance2)
-    a, diagonal = np.sqrt(q), np.arange(q.size)
+    u2, slope, J = _influence_of_distant_strips(q[..., None, :], distance2)
+    a, diagonal = np.sqrt(q), np.arange(q.shape[-1])
     effective_length = np.maximum(a, _SHORT_STRIP_RATIO * h)
     logarithm = np.log(8.0 * np.pi * effective_length / h)
     is_short = a < effective_length
-    J[diagonal, diagonal] = np.where(is_short, q / effective_length, a) * 2.0 * (logarithm - 1.0)
-    slope[diagonal, diagonal] = np.where(is_short, 2.0 * (logarithm - 1.0), logarithm) / effective_length
-    u2[diagonal, diagonal] = q
+    J[..., diagonal, diagonal] = np.where(is_short, q / effective_length, a) * 2.0 * (logarithm - 1.0)
+    slope[..., diagonal, diagonal] = np.where(is_short, 2.0 * (logarithm - 1.0), logarithm) / effective_length
+    u2[..., diagonal, diagonal] = q
     return J, slope, J / u2, u2
 
 
@@ -302,63 +346,179 @@ def _influence_of_distant_strips(q: Floats, distance2: Floats) -> tuple[Floats, 
     return u2, slope, series
 
 
-def _sweep(line: StripGap, strips: StripSolution, load: StripLoad, search: StripSearch) -> StripSolution:
-    """Solve q and d by Newton steps until they converge.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _StripStack:
+    """Strips of m contacts during the sweeps, n strips per contact.
 
-    A change of c follows each Newton step.
+    Attributes
+    ----------
+    number : ndarray of shape (m,)
+        Number of each contact among the contacts of the stack at its beginning.
+    t, h, q, c, f, closing, open_q : ndarray of shape (m, n)
+        Middles, widths, squared half lengths and pressure factors as in `StripSolution`, gap and closing of the line,
+        and squared half length of a strip without contact.
+    distance2 : ndarray of shape (m, n, n)
+        Squared distances between the strips in mm^2.
+    A, E, approach, force : ndarray of shape (m, 1)
+        Constants of the line, approach in mm, and force in N; NaN if the approach is given.
+    change : ndarray of shape (m, 1)
+        Last change of c and q, weighted by force.
     """
-    t, h, c = strips.t, strips.h, strips.c
-    approach = strips.approach if load.approach is None else load.approach
-    f, closing = line.at(t)
-    distance2, open_q = (t[:, None] - t) ** 2, _OPEN_STRIP_FRACTION * h**2
-    q, change, sweep = np.maximum(strips.q, open_q), np.inf, 0
-    while change > search.tolerance and sweep < search.most_sweeps:
-        sweep += 1
-        J, slope, curvature_influence, u2 = calculate_influence(q, distance2, h)
-        weight = h * c / (np.pi * line.E)
-        gap = J @ weight + closing * (f - approach)
-        is_closed = (q > open_q) | (gap < 0.0)
-        missing_force = None
-        if load.force is not None:
-            missing_force = 2.0 * load.force / (np.pi**2 * line.E) - float((weight * closing) @ q)
-        step, approach_step = _newton_step(slope, weight, gap, is_closed, closing, missing_force)
-        next_q = np.maximum(q + np.minimum(step, 0.5 * q.max()), open_q)
-        step, q, approach = next_q - q, next_q, approach + approach_step
-        # The sum of (5) after the step: its derivative with respect to q is (dJ/dq - J / u^2) / u^2.
-        relative_curvature = (
-            0.5
-            * (curvature_influence @ weight + ((slope - curvature_influence) / u2) @ (weight * step))
-            / (line.A * closing)
+
+    number: NDArray[np.intp]
+    t: Floats
+    h: Floats
+    q: Floats
+    c: Floats
+    f: Floats
+    closing: Floats
+    open_q: Floats
+    distance2: Floats
+    A: Floats
+    E: Floats
+    approach: Floats
+    force: Floats
+    change: Floats
+
+    @classmethod
+    def join(
+        cls, lines: Sequence[StripGap], strips: Sequence[StripSolution], loads: Sequence[StripLoad]
+    ) -> _StripStack:
+        """Stack of strips on their lines, before the first sweep."""
+        t, h, q, c = (np.stack([getattr(contact, name) for contact in strips]) for name in ("t", "h", "q", "c"))
+        gaps, closings = zip(*(line.at(contact.t) for line, contact in zip(lines, strips, strict=True)), strict=True)
+        approaches = [
+            contact.approach if load.approach is None else load.approach
+            for contact, load in zip(strips, loads, strict=True)
+        ]
+        open_q = _OPEN_STRIP_FRACTION * h**2
+        return cls(
+            number=np.arange(len(lines)),
+            t=t,
+            h=h,
+            q=np.maximum(q, open_q),
+            c=c,
+            f=np.stack(gaps),
+            closing=np.stack(closings),
+            open_q=open_q,
+            distance2=(t[:, :, None] - t[:, None, :]) ** 2,
+            A=np.array([[line.A] for line in lines]),
+            E=np.array([[line.E] for line in lines]),
+            approach=np.array(approaches)[:, None],
+            force=np.array([[math.nan if load.force is None else load.force] for load in loads]),
+            change=np.full((len(lines), 1), np.inf),
         )
-        is_loaded = q > open_q
-        force_share = weight * np.where(is_loaded, q, 0.0)
-        force_share /= force_share.sum()
-        ratio = np.where(is_loaded, 1.0 / np.clip(relative_curvature, 0.5, 2.0), 1.0)
-        # The mean, weighted by force, over the strips that the pressure of a strip bends.
-        factor = ((force_share * ratio) @ curvature_influence / (force_share @ curvature_influence)) ** _FACTOR_EXPONENT
-        change = float(
-            np.sqrt(force_share @ (factor - 1.0) ** 2)
-            + np.sqrt(force_share @ (step / q.max()) ** 2)
-            + abs(approach_step) / approach
+
+    def select(self, is_selected: Bools) -> _StripStack:
+        """Contacts that are selected by a mask (m,)."""
+        if is_selected.all():
+            return self
+        return _StripStack(**{name: values[is_selected] for name, values in vars(self).items()})
+
+    def make_solution(self, k: int, sweeps: int, tolerance: float) -> StripSolution:
+        """Solution of contact k of the stack after its last sweep."""
+        q, change = np.where(self.q[k] > self.open_q[k], self.q[k], 0.0), float(self.change[k, 0])
+        return StripSolution(
+            t=self.t[k],
+            h=self.h[k],
+            q=q,
+            c=self.c[k],
+            approach=float(self.approach[k, 0]),
+            force=float(0.5 * np.pi * (self.h[k] * self.c[k] * self.closing[k]) @ q),
+            sweeps=sweeps,
+            change=change,
+            converged=change <= tolerance,
         )
-        if change > search.tolerance:
-            c = c * factor
-    return replace(
-        strips,
-        q=np.where(q > open_q, q, 0.0),
-        c=c,
-        approach=float(approach),
-        force=float(0.5 * np.pi * (h * c * closing) @ np.where(q > open_q, q, 0.0)),
-        sweeps=sweep,
-        change=change,
-        converged=change <= search.tolerance,
+
+
+def _sweep(
+    lines: Sequence[StripGap], strips: Sequence[StripSolution], loads: Sequence[StripLoad], search: StripSearch
+) -> list[StripSolution]:
+    """Solve q and d of each contact by Newton steps until they converge.
+
+    A change of c follows each Newton step. Contacts with equal numbers of strips are solved together.
+    """
+    numbers_by_size: dict[int, list[int]] = {}
+    for number, contact in enumerate(strips):
+        numbers_by_size.setdefault(contact.t.size, []).append(number)
+    solutions = list(strips)
+    for size, numbers in numbers_by_size.items():
+        stack_size = max(1, _STACK_ENTRIES // size**2)
+        for first in range(0, len(numbers), stack_size):
+            stacked = numbers[first : first + stack_size]
+            stack = _StripStack.join(
+                [lines[number] for number in stacked],
+                [strips[number] for number in stacked],
+                [loads[number] for number in stacked],
+            )
+            for number, contact in zip(stacked, _sweep_stack(stack, search), strict=True):
+                solutions[number] = contact
+    return solutions
+
+
+def _sweep_stack(stack: _StripStack, search: StripSearch) -> list[StripSolution]:
+    """Make sweeps until each contact of a stack has converged.
+
+    The number of sweeps is limited by the search.
+    """
+    solutions: dict[int, StripSolution] = {}
+    for sweeps in range(1, search.most_sweeps + 1):
+        stack = _make_sweep(stack, search.tolerance)
+        is_moving = (stack.change[:, 0] > search.tolerance) & (sweeps < search.most_sweeps)
+        for k in np.flatnonzero(~is_moving).tolist():
+            solutions[int(stack.number[k])] = stack.make_solution(k, sweeps, search.tolerance)
+        if not is_moving.any():
+            break
+        stack = stack.select(is_moving)
+    return [solutions[number] for number in sorted(solutions)]
+
+
+def _make_sweep(stack: _StripStack, tolerance: float) -> _StripStack:
+    """Make a Newton step of q and d, and the change of c after it.
+
+    c stays where the change is at most the tolerance.
+    """
+    h, q, c, closing, approach = stack.h, stack.q, stack.c, stack.closing, stack.approach
+    J, slope, curvature_influence, u2 = calculate_influence(q, stack.distance2, h)
+    weight = h * c / (np.pi * stack.E)
+    gap = np.matvec(J, weight) + closing * (stack.f - approach)
+    is_closed = (q > stack.open_q) | (gap < 0.0)
+    missing_force = 2.0 * stack.force / (np.pi**2 * stack.E) - np.vecdot(weight * closing, q)[:, None]
+    step, approach_step = np.empty_like(q), np.empty_like(approach)
+    # Each contact alone, because other strips are closed in it. So its result does not depend on the other contacts.
+    for k, force in enumerate(missing_force[:, 0].tolist()):
+        step[k], approach_step[k] = _newton_step(
+            slope[k], weight[k], gap[k], is_closed[k], closing[k], None if math.isnan(force) else force
+        )
+    largest_q = q.max(axis=1, keepdims=True)
+    next_q = np.maximum(q + np.minimum(step, 0.5 * largest_q), stack.open_q)
+    step, q, approach = next_q - q, next_q, approach + approach_step
+    # The sum of (5) after the step: its derivative with respect to q is (dJ/dq - J / u^2) / u^2.
+    slope -= curvature_influence
+    slope /= u2
+    relative_curvature = (
+        0.5 * (np.matvec(curvature_influence, weight) + np.matvec(slope, weight * step)) / (stack.A * closing)
     )
+    is_loaded = q > stack.open_q
+    force_share = weight * np.where(is_loaded, q, 0.0)
+    force_share /= force_share.sum(axis=1, keepdims=True)
+    ratio = np.where(is_loaded, 1.0 / np.minimum(np.maximum(relative_curvature, 0.5), 2.0), 1.0)
+    # The mean, weighted by force, over the strips that the pressure of a strip bends.
+    numerator, denominator = (np.vecmat(weights, curvature_influence) for weights in (force_share * ratio, force_share))
+    factor = (numerator / denominator) ** _FACTOR_EXPONENT
+    change = (
+        np.sqrt(np.vecdot(force_share, (factor - 1.0) ** 2))[:, None]
+        + np.sqrt(np.vecdot(force_share, (step / q.max(axis=1, keepdims=True)) ** 2))[:, None]
+        + np.abs(approach_step) / approach
+    )
+    c = np.where(change > tolerance, c * factor, c)
+    return replace(stack, q=q, c=c, approach=approach, change=change)
 
 
 def _newton_step(
     slope: Floats, weight: Floats, gap: Floats, is_closed: Bools, closing: Floats, missing_force: float | None
 ) -> tuple[Floats, float]:
-    """Newton steps of q (n,) and of the approach.
+    """Newton steps of q (n,) and of the approach of a contact.
 
     The step of q is zero for open strips; only closed strips have equations. `slope` (n, n) times `weight` (n,) is
     d gap / d q. If a force is given, then `missing_force` is its error divided by pi^2 E / 2.
@@ -376,25 +536,34 @@ def _newton_step(
     return step, 0.0 if missing_force is None else float(solution[count])
 
 
-def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripSolution:
-    """Solve the contact on few strips, from a solution with independent springs.
+def _solve_coarsely(lines: Sequence[StripGap], loads: Sequence[StripLoad], tolerance: float) -> list[StripSolution]:
+    """Solve the contacts on few strips, from solutions with independent springs.
 
-    The strips cover all positions within the approach. The springs have the c of a circle at half the approach. Their
-    pressures start the sweeps on the coarse strips, and the result starts the sweeps on finer strips.
+    The pressures of the springs start the sweeps on the coarse strips, and the results start the sweeps on finer
+    strips.
 
     Parameters
     ----------
-    line
-        Gap and elastic constants.
-    load
-        Force or approach.
+    lines
+        Gaps and elastic constants.
+    loads
+        Force or approach of each line.
     tolerance
         Largest change in a sweep on the finer strips (-); 4 times this change is allowed here.
 
     Returns
     -------
-    StripSolution
-        Solution on the coarse strips.
+    list of StripSolution
+        Solutions on the coarse strips.
+    """
+    springs = [_solve_springs(line, load) for line, load in zip(lines, loads, strict=True)]
+    return _sweep(lines, springs, loads, StripSearch(tolerance=4.0 * tolerance))
+
+
+def _solve_springs(line: StripGap, load: StripLoad) -> StripSolution:
+    """Solve the contact with independent springs on few strips.
+
+    The strips cover all positions within the approach. The springs have the c of a circle at half the approach.
     """
     c = 4.0 / np.pi * line.E * line.A
     if load.approach is not None:
@@ -420,7 +589,7 @@ def _solve_coarsely(line: StripGap, load: StripLoad, tolerance: float) -> StripS
     )
     for patch in _split_patches(spring_solution):
         factor[patch] = line.E * line.A * estimate_ellipse_factor(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
-    return _sweep(line, spring_solution, load, StripSearch(tolerance=4.0 * tolerance))
+    return spring_solution
 
 
 def estimate_ellipse_factor(ratio: float) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -13,7 +14,14 @@ from fecontact.contact_theories.gap_line import (
     StripContact,
     build_gap_line,
 )
-from fecontact.contact_theories.strip_method import DEFAULT_STRIPS, StripGap, StripLoad, StripSearch, solve_strips
+from fecontact.contact_theories.strip_method import (
+    DEFAULT_STRIPS,
+    StripGap,
+    StripLoad,
+    StripSearch,
+    StripSolution,
+    solve_strips_of_lines,
+)
 from fecontact.errors import InputError, check_positive
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -67,8 +75,40 @@ def solve_strip_theory(line: GapLine, normal_force_N: float, *, strips: int = DE
     >>> bool(abs(solve_strip_theory(line, 1e4).p_max_MPa / exact.p0_MPa - 1.0) < 0.003)
     True
     """
-    check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    return _solve(line, strips, StripLoad(force=normal_force_N))
+    (contact,) = solve_strip_theory_on_lines([line], [normal_force_N], strips=strips)
+    return contact
+
+
+def solve_strip_theory_on_lines(
+    lines: Sequence[GapLine], normal_forces_N: Sequence[float], *, strips: int = DEFAULT_STRIPS
+) -> list[StripContact]:
+    """Contacts by the strip method on many gap lines, each under its normal force.
+
+    The lines are solved together, in a part of the time of one after the other. Each contact is exactly the contact by
+    `solve_strip_theory`.
+
+    Parameters
+    ----------
+    lines
+        Gap lines.
+    normal_forces_N
+        Force on each line, > 0.
+    strips
+        Number of strips across each patch, at least 20.
+
+    Returns
+    -------
+    list of StripContact
+        Contacts in the order of the lines.
+
+    Raises
+    ------
+    InputError
+        If a force is not positive, or there are too few strips.
+    """
+    for normal_force_N in normal_forces_N:
+        check_positive("normal force", normal_force_N, "N", "give the compressive force")
+    return _solve(lines, strips, [StripLoad(force=normal_force_N) for normal_force_N in normal_forces_N])
 
 
 def solve_strip_theory_at_approach(line: GapLine, approach_mm: float, *, strips: int = DEFAULT_STRIPS) -> StripContact:
@@ -112,7 +152,8 @@ def solve_strip_theory_at_approach(line: GapLine, approach_mm: float, *, strips:
     True
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    return _solve(line, strips, StripLoad(approach=approach_mm))
+    (contact,) = _solve([line], strips, [StripLoad(approach=approach_mm)])
+    return contact
 
 
 def _strip_method_line(line: GapLine, refinement: int = 1) -> StripGap:
@@ -128,12 +169,11 @@ def _strip_method_line(line: GapLine, refinement: int = 1) -> StripGap:
     return StripGap(t=surface_mm, f=f_mm, A=line.A_per_mm, E=line.contact_modulus_MPa, closing=np.cos(turned_rad))
 
 
-def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
-    """Solve the strip method on a gap line, and note problems.
+def _solve(lines: Sequence[GapLine], strips: int, loads: Sequence[StripLoad]) -> list[StripContact]:
+    """Solve the strip method on gap lines.
 
-    `strips` is the requested number of strips across the patch, and `load` is the force or the approach. A gap line
-    that is too coarse for the narrowest strip is refined. Notes: the patch reaches the end of the line, or the surface
-    turns by more than `_MAX_TURN_RAD`.
+    `strips` is the requested number of strips across the patch, and `loads` are forces or approaches. A gap line that
+    is too coarse for the narrowest strip is refined.
 
     Raises
     ------
@@ -143,10 +183,25 @@ def _solve(line: GapLine, strips: int, load: StripLoad) -> StripContact:
     if strips < _MIN_STRIPS:
         raise InputError(f"number of strips is {strips}; allowed: at least {_MIN_STRIPS}; 100 are accurate to 0.1 %")
     search = StripSearch(strips=strips)
-    solution = solve_strips(_strip_method_line(line), load, search)
-    refinement = math.ceil(line.step_mm / float(solution.h.min()))
-    if refinement > _MAX_STRIPS_PER_STEP:
-        solution = solve_strips(_strip_method_line(line, refinement), load, search)
+    solutions = solve_strips_of_lines(list(map(_strip_method_line, lines)), loads, search)
+    refinements = {
+        number: refinement
+        for number, (line, solution) in enumerate(zip(lines, solutions, strict=True))
+        if (refinement := math.ceil(line.step_mm / float(solution.h.min()))) > _MAX_STRIPS_PER_STEP
+    }
+    refined_lines = [_strip_method_line(lines[number], refinement) for number, refinement in refinements.items()]
+    refined = solve_strips_of_lines(refined_lines, [loads[number] for number in refinements], search)
+    for number, solution in zip(refinements, refined, strict=True):
+        solutions[number] = solution
+    return [_make_contact(line, solution) for line, solution in zip(lines, solutions, strict=True)]
+
+
+def _make_contact(line: GapLine, solution: StripSolution) -> StripContact:
+    """Contact of a solution, with notes on its problems.
+
+    Notes: the patch reaches the end of the line, the surface turns by more than `_MAX_TURN_RAD`, or the sweeps did not
+    converge.
+    """
     half_length = np.sqrt(solution.q)
     notes = []
     if solution.at_end:
@@ -202,7 +257,36 @@ def build_gap_line_under_load(placement: Placement, normal_force_N: float, *, co
     -----
     Range of validity: as in `gap_line`. Below a contact angle of 0.3 rad the slide changes no measure by more than 1 %.
     """
-    line = build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa)
-    approach = solve_strip_theory(line, normal_force_N, strips=_SLIDE_STRIPS).approach_mm
-    slide = -approach * math.tan(placement.first.contact_angle_rad)
-    return build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa, slide_mm=slide)
+    (line,) = build_gap_lines_under_loads([placement], [normal_force_N], contact_modulus_MPa=contact_modulus_MPa)
+    return line
+
+
+def build_gap_lines_under_loads(
+    placements: Sequence[Placement], normal_forces_N: Sequence[float], *, contact_modulus_MPa: float
+) -> list[GapLine]:
+    """Gap lines of many placements, as by `build_gap_line_under_load`.
+
+    Parameters
+    ----------
+    placements
+        Placed wheels and rails; one placement may be there several times.
+    normal_forces_N
+        Force along the contact normal of each placement, > 0.
+    contact_modulus_MPa
+        E* of all pairs.
+
+    Returns
+    -------
+    list of GapLine
+        Gaps after the slides, in the order of the placements.
+    """
+    lines = [build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa) for placement in placements]
+    contacts = solve_strip_theory_on_lines(lines, normal_forces_N, strips=_SLIDE_STRIPS)
+    return [
+        build_gap_line(
+            placement,
+            contact_modulus_MPa=contact_modulus_MPa,
+            slide_mm=-contact.approach_mm * math.tan(placement.first.contact_angle_rad),
+        )
+        for placement, contact in zip(placements, contacts, strict=True)
+    ]

@@ -300,8 +300,8 @@ class Placement:
             return gap
         return gap + self.along.opening_mm(points[..., 0]) - self.along.lowered_mm * normals[..., 2]
 
-    def rail_over_plane(self, t: ArrayLike) -> tuple[Floats, Floats]:
-        """Parameters of the rail and its heights over places across in the tangent plane.
+    def rail_over_plane(self, t: ArrayLike) -> tuple[Floats, Floats, Floats]:
+        """Parameters, heights and angles of the rail over places across in the tangent plane.
 
         Parameters
         ----------
@@ -310,15 +310,17 @@ class Placement:
 
         Returns
         -------
-        u (n,), height (n,)
-            Parameters of the rail profile and heights in mm; NaN if the rail is missing there.
+        u (n,), height (n,), angle (n,)
+            Parameters of the rail profile, heights in mm, and angles to the tangent plane in rad; NaN if the rail is
+            missing there.
         """
         touch, rail = self.first, self.rail
         tilt = touch.contact_angle_rad - rail.inclination_rad
         foot = rail.profile.evaluate(touch.rail_u)
         u = rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
         p = rail.profile.evaluate(u)
-        return u, -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+        height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
+        return u, height, p.angle_rad + rail.inclination_rad - touch.contact_angle_rad
 
     @cached_property
     def wheel_over_plane(self) -> WheelSection:

@@ -12,8 +12,15 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.contact.patch import find_ridge_peaks
 from fecontact.contact_theories.approximation import TheoryContact, theory_contact_from_rung
-from fecontact.contact_theories.registry import HERTZ, HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement, fast_theory
-from fecontact.errors import InputError
+from fecontact.contact_theories.registry import (
+    HERTZ,
+    HERTZ_OF_EACH_SIDE,
+    THEORIES,
+    LoadedPlacement,
+    fast_theory,
+    solve_strips_of_positions,
+)
+from fecontact.errors import ConvergenceError, InputError
 from fecontact.features.fleet.model import ScreeningTheory
 from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, MEASURE_COLUMNS, Row
 from fecontact.judging.causes import PatchGeometry, find_gap_cause
@@ -117,14 +124,56 @@ def screen_variant(case: Case, placement: Placement, theory: ScreeningTheory) ->
     ConvergenceError
         If the half-space did not converge.
     """
-    loaded = LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
+    (outcome,) = screen_variants([(case, placement)], theory)
+    if not isinstance(outcome, ScreenedVariant):
+        raise outcome
+    return outcome
+
+
+def screen_variants(
+    positions: Sequence[tuple[Case, Placement]], theory: ScreeningTheory
+) -> list[ScreenedVariant | InputError | ConvergenceError]:
+    """Contacts at many positions by the theory of the screening.
+
+    The strip method solves all positions together.
+
+    Parameters
+    ----------
+    positions
+        Cases with their placements, equal but for shift, load and profile variant.
+    theory
+        `strip` or `half_space`.
+
+    Returns
+    -------
+    list
+        For each position its contact as by `screen_variant`, or the error.
+    """
+    loaded_placements = [
+        LoadedPlacement(placement=placement, case=case, normal_force_N=compute_normal_force(case, placement))
+        for case, placement in positions
+    ]
     if theory == STRIPS:
-        contact = THEORIES[STRIPS].approximate(loaded)
-        if not isinstance(contact, TheoryContact):
-            raise InputError(f"{THEORIES[STRIPS].words}: {contact}")
-        return ScreenedVariant(
-            loaded=loaded, contact=contact, off=partial(compare_theories, contact), uncertainty=STRIP_UNCERTAINTY
-        )
+        return [
+            ScreenedVariant(
+                loaded=loaded, contact=contact, off=partial(compare_theories, contact), uncertainty=STRIP_UNCERTAINTY
+            )
+            if isinstance(contact, TheoryContact)
+            else InputError(f"{THEORIES[STRIPS].words}: {contact}")
+            for loaded, contact in solve_strips_of_positions(loaded_placements)
+        ]
+    outcomes: list[ScreenedVariant | InputError | ConvergenceError] = []
+    for loaded in loaded_placements:
+        try:
+            outcomes.append(_screen_on_half_space(loaded))
+        except (InputError, ConvergenceError) as error:
+            outcomes.append(error)
+    return outcomes
+
+
+def _screen_on_half_space(loaded: LoadedPlacement) -> ScreenedVariant:
+    """Contact on the half-space, with the uncertainty of its reading."""
+    case, placement = loaded.case, loaded.placement
     half_space = expect_on_half_space(case, placement, nodes=SCREENING_NODES)[1].half_space
     loaded = replace(loaded, normal_force_N=half_space.normal_force_N, half_space=half_space)
     uncertainties = {

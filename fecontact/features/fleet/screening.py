@@ -18,7 +18,7 @@ from fecontact.case import Case
 from fecontact.errors import ConvergenceError, FecontactError, InputError
 from fecontact.features.fleet.model import Position, ScreeningTheory
 from fecontact.features.fleet.reading import StoredProfile
-from fecontact.features.fleet.screened_position import ScreenedVariant, make_position_row, screen_variant
+from fecontact.features.fleet.screened_position import ScreenedVariant, make_position_row, screen_variants
 from fecontact.features.fleet.screening_rows import NO_CONTACT, REFUSED, ROWS_FILE, Row, write_rows
 from fecontact.jobs.workers import WorkResult
 from fecontact.placement.conicity import RadiusDifference
@@ -33,6 +33,9 @@ AMPLITUDE_MM, BAND_MM = 3.0, 2.0
 # Step and range of the shifts at which both wheels are placed. Wheels of unequal diameters have equal radii away from
 # the middle of the track.
 _STEP_MM, _FARTHEST_MM = 0.1, 10.0
+# Number of loads times profile variants that are screened together. Ten share the time of a call of numpy; each of them
+# has 0.2 MB.
+_POSITIONS_AT_ONCE = 32
 
 
 def calculate_conicity_and_concentration(wheelset: Wheelset, side: TrackSide = "left") -> tuple[float, float]:
@@ -155,30 +158,35 @@ class ScreeningPair:
             return [key | make_refusal_columns(reference, is_derailed=is_derailed) for key in keys]
         touch = reference.first
         place = {"place_y_mm": float(touch.rail_y_mm), "contact_angle_mrad": 1e3 * float(touch.contact_angle_rad)}
-        return [key | place | self._screen_load(shift, key["load_kN"], reference, outcomes) for key in keys]
+        cases = [replace(self.case, lateral_shift_mm=shift, load_N=1e3 * load_kN) for load_kN in loads_kN]
+        placements = {label: outcome for label, outcome in outcomes.items() if isinstance(outcome, Placement)}
+        rows: list[Row] = []
+        step = max(1, _POSITIONS_AT_ONCE // len(placements))
+        for first in range(0, len(cases), step):
+            some_cases = cases[first : first + step]
+            positions = [(case, placement) for case in some_cases for placement in placements.values()]
+            screened = iter(screen_variants(positions, self.theory))
+            rows += [
+                _make_row(dict.fromkeys(outcomes) | {label: next(screened) for label in placements}) for _ in some_cases
+            ]
+        return [key | place | row for key, row in zip(keys, rows, strict=True)]
 
-    def _screen_load(
-        self, shift: float, load_kN: float, reference: Placement, outcomes: Mapping[str, Placement | PositionProblem]
-    ) -> Row:
-        """Row of a position, or the reason of its refusal."""
-        case = replace(self.case, lateral_shift_mm=shift, load_N=1e3 * load_kN)
-        try:
-            screened_reference = screen_variant(case, reference, self.theory)
-            return make_position_row(
-                {
-                    label: screened_reference if placement is reference else self._screen_variant(case, placement)
-                    for label, placement in outcomes.items()
-                }
-            )
-        except (InputError, ConvergenceError) as error:
-            return make_refusal_columns(error)
 
-    def _screen_variant(self, case: Case, placement: Placement | PositionProblem) -> ScreenedVariant | None:
-        """Screening of a variant; None if it has no contact."""
-        try:
-            return screen_variant(case, placement, self.theory) if isinstance(placement, Placement) else None
-        except (InputError, ConvergenceError):
-            return None
+def _make_row(variants: Mapping[str, ScreenedVariant | FecontactError | None]) -> Row:
+    """Row of a position, or the reason of its refusal.
+
+    `variants` has the contact on each variant, the reference variant first, its error, or None where there is no
+    placement.
+    """
+    reference, *_ = variants.values()
+    try:
+        if isinstance(reference, FecontactError):
+            raise reference
+        return make_position_row(
+            {label: variant if isinstance(variant, ScreenedVariant) else None for label, variant in variants.items()}
+        )
+    except (InputError, ConvergenceError) as error:
+        return make_refusal_columns(error)
 
 
 def make_refusal_columns(cause: FecontactError | str, *, is_derailed: bool = False) -> Row:
