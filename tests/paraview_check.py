@@ -50,16 +50,16 @@ def main(folder: Path, pictures: Path | None) -> list[str]:
 
 
 def check_first_sight(path: Path, pictures: Path | None) -> list[str]:
-    """Faults of what ParaView shows of a collection by itself: the pressure on the rail, in colours."""
+    """Faults of the first picture of a collection: the pressure on the rail, in colours."""
     source = simple.OpenDataFile(str(path))
     view = simple.CreateView("RenderView")
     view.ViewSize = [800, 600]
-    shown = simple.Show(source, view)
+    display = simple.Show(source, view)
     simple.ResetCamera(view)
     simple.Render(view)
     faults = []
-    if list(shown.ColorArrayName) != ["POINTS", "contact_pressure_MPa"]:
-        faults.append(f"{path.name}: by itself coloured by {list(shown.ColorArrayName)}")
+    if list(display.ColorArrayName) != ["POINTS", "contact_pressure_MPa"]:
+        faults.append(f"{path.name}: by itself coloured by {list(display.ColorArrayName)}")
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
         red, _, blue = pixels(view, pictures / f"{path.stem}_by_itself.png").T

@@ -376,13 +376,13 @@ def test_a_collection_has_its_blocks_by_name(vtk_folder):
     assert sorted(p.name for p in vtk_folder.iterdir()) == [
         *("bodies.vtm", "case.vtm", "elements.vtp", "hertz_ellipse.vtp", "pressure.vtp", "rail.vtu", "wheel.vtu")
     ]
-    contact, both = (pyvista.read(vtk_folder / name) for name in ("case.vtm", "bodies.vtm"))
+    contact, bodies_collection = (pyvista.read(vtk_folder / name) for name in ("case.vtm", "bodies.vtm"))
     on_rail, around = ["pressure", "hertz_ellipse", "rail"], ["rail", "wheel", "elements"]
-    assert (contact.keys(), both.keys()) == (on_rail, around)
+    assert (contact.keys(), bodies_collection.keys()) == (on_rail, around)
     # ParaView colours a file by a point array that is active in all its blocks
     assert {contact[name].point_data.active_scalars_name for name in on_rail} == {"contact_pressure_MPa"}
     assert all(contact[name].cell_data.active_scalars_name in (None, "lobe") for name in on_rail)
-    blocks = {name: contact[name] for name in on_rail} | {name: both[name] for name in around}
+    blocks = {name: contact[name] for name in on_rail} | {name: bodies_collection[name] for name in around}
     bodies = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
     surface = dict.fromkeys(
         ("contact_pressure_MPa", "hertz_pressure_MPa", "hertz_minus_fe_MPa", "gap_mm", "in_contact"), 1

@@ -102,8 +102,8 @@ class ColumnSizes:
         float
             Size in points, at most 9.5.
         """
-        least = _COMPACT_CHARACTERS if self.is_compact else _FULL_SIZE_CHARACTERS
-        characters = len(text) + text.count("%") if text else least
+        shortest = _COMPACT_CHARACTERS if self.is_compact else _FULL_SIZE_CHARACTERS
+        characters = len(text) + text.count("%") if text else shortest
         return min(9.5, self.width / self.columns / _INCHES_PER_POINT * _FULL_SIZE_CHARACTERS / characters)
 
     @property
@@ -252,8 +252,8 @@ def _add_words(ax: Axes, view: MapView, handles: Sequence[Any], inches: float, *
     if len(ax.figure.axes) == 1 and ax.figure.get_layout_engine() is not None:
         ax.figure.legend(loc="outside lower left", **legend_style)
     else:
-        below = -1.3 * _LABELS_HEIGHT * points * ax.figure.dpi / ax.get_window_extent().height
-        ax.legend(loc="upper left", bbox_to_anchor=(0.0, below), borderaxespad=0.0, **legend_style)
+        legend_top = -1.3 * _LABELS_HEIGHT * points * ax.figure.dpi / ax.get_window_extent().height
+        ax.legend(loc="upper left", bbox_to_anchor=(0.0, legend_top), borderaxespad=0.0, **legend_style)
 
 
 def _count_legend_columns(inches: float) -> int:
@@ -415,7 +415,7 @@ def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:
 
 
 def _is_dark(colour: str) -> bool:
-    """Whether a colour is too dark for a black text, by its relative luminance (WCAG 2.1)."""
+    """Whether a colour is too dark for a black text (relative luminance of WCAG 2.1)."""
     from matplotlib.colors import to_rgb
 
     linear = np.array(

@@ -1,4 +1,4 @@
-"""The section of the guide with the files of an instrument runs as it is pasted."""
+"""The guide with files of an instrument runs as it is pasted."""
 
 import re
 import shlex
@@ -29,7 +29,7 @@ def checkout(tmp_path, monkeypatch) -> Path:
 
 
 def paste(blocks: list[tuple[str, str]], folder: Path, capsys) -> str:
-    """Type the commands of blocks, write their tables, and compare each shown line with the output."""
+    """Type commands, write tables, and compare each line with the output."""
     printed = ""
     for language, content in blocks:
         if language == "csv":
