@@ -5,6 +5,7 @@ import shlex
 import shutil
 from pathlib import Path
 
+import pyarrow.parquet
 import pytest
 from test_documents import GUIDE, ROOT, fenced, not_printed
 
@@ -65,3 +66,8 @@ def test_the_sample_gives_the_answer_as_shown(checkout, capsys):
     )
     assert re.search(r"Finite elements take [\d.]+ CPU s per position \(mean of 6 solved positions of the sam", printed)
     assert "14 positions." in printed
+    screen = [
+        row for path in Path("out/measured/screen").iterdir() for row in pyarrow.parquet.read_table(path).to_pylist()
+    ]
+    pair = {row["rail"]: row for row in screen if row["wheel"] == "worn_high_mileage"}["rail_left_iter288"]
+    assert round(pair["place_y_mm"]) == 27
