@@ -519,8 +519,8 @@ def test_22_intervals_contain_the_true_share_and_no_wrong_one(monkeypatch):
     # the mean of many estimates is the true share: its error is the spread of an estimate over the root of their number
     for answer, shares in study.draw_intervals().items():
         estimates = [share.estimate for share in shares]
-        allowed = 3.5 * np.std(estimates) / math.sqrt(len(estimates)) + 1e-12
-        assert abs(np.mean(estimates) - true_shares[answer]) < max(allowed, 0.005), answer
+        largest_error = 3.5 * np.std(estimates) / math.sqrt(len(estimates)) + 1e-12
+        assert abs(np.mean(estimates) - true_shares[answer]) < max(largest_error, 0.005), answer
     # a share that is wrong by 20 percentage points is in few of the intervals
     monkeypatch.setattr(study, "true_share", lambda answer: true_shares[answer] + 0.2)
     assert max(study.covered_share(answer) for answer in ("HOLDS", "FAILS", "OPEN")) < 0.5
@@ -565,8 +565,7 @@ def test_22_the_docstring_and_the_readme_have_the_numbers_of_the_stored_position
     assert f"contains the true share in the following part of the samples: {parts}" in text
     middle = ", ".join(f"{lengths[answer]:.0f}" for answer in ("HOLDS", "FAILS"))
     assert f"is {middle} and {lengths['OPEN']:.0f} percentage points for HOLDS, FAILS and OPEN" in text
-    least = min(covered.values())
-    assert f"in {least:.3g} to {max(covered.values()):.3g} % of 200 samples" in readme
+    assert f"in {min(covered.values()):.3g} to {max(covered.values()):.3g} % of 200 samples" in readme
     assert f"agree at all {agreed} positions that both decide" in readme
 
 

@@ -1,4 +1,4 @@
-"""The section of the guide with the files of an instrument runs as it is pasted."""
+"""The example of the guide with the files of an instrument, as it is pasted."""
 
 import re
 import shlex
@@ -30,7 +30,7 @@ def checkout(tmp_path, monkeypatch) -> Path:
 
 
 def paste(blocks: list[tuple[str, str]], folder: Path, capsys) -> str:
-    """Type the commands of blocks, write their tables, and compare each shown line with the output."""
+    """Type the commands of blocks, and compare each shown line with the output."""
     printed = ""
     for language, content in blocks:
         if language == "csv":
