@@ -599,6 +599,77 @@ def test_20_rails_of_the_library_without_rows_have_the_head_of_a_rail_with_rows(
             assert np.abs(treads[0] - treads[1]).max() < 1e-6, (wheel, height)
 
 
+def test_22_fleet_of_measured_files(quick, tmp_path):
+    pytest.importorskip("fecontact.features.fleet")
+    rows, said = quick("22_fleet_of_measured_files", tmp_path)
+    assert [row["verdict_answer"] for row in rows] == ["UNRESOLVED", "FAILS", "HOLDS"]
+    assert "of 184 positions, the interval contains" in said
+
+
+def test_22_intervals_contain_the_true_share_and_no_wrong_one(monkeypatch):
+    pytest.importorskip("fecontact.features.fleet")
+    study = module("22_fleet_of_measured_files")
+    positions = study.positions()
+    assert len({position.place for position in positions}) == len(positions) == 184
+    assert math.fsum(position.weight for position in positions) == pytest.approx(1.0)
+    assert study.contradictions() == []
+    assert {position.fe_verdict for position in positions} == set(study.FE_ANSWERS)
+    true_shares = {answer: study.true_share(answer) for answer in study.FE_ANSWERS}
+    assert math.fsum(true_shares.values()) == pytest.approx(1.0)
+    assert min(study.covered_share(answer) for answer in study.FE_ANSWERS) >= 0.93
+    # the mean of many estimates is the true share: its error is the spread of an estimate over the root of their number
+    for answer, shares in study.draw_intervals().items():
+        estimates = [share.estimate for share in shares]
+        largest_error = 3.5 * np.std(estimates) / math.sqrt(len(estimates)) + 1e-12
+        assert abs(np.mean(estimates) - true_shares[answer]) < max(largest_error, 0.005), answer
+    # a share that is wrong by 20 percentage points is in few of the intervals
+    monkeypatch.setattr(study, "true_share", lambda answer: true_shares[answer] + 0.2)
+    assert max(study.covered_share(answer) for answer in ("HOLDS", "FAILS", "OPEN")) < 0.5
+
+
+def test_22_the_docstring_and_the_readme_have_the_numbers_of_the_stored_positions():
+    pytest.importorskip("fecontact.features.fleet")
+    study = module("22_fleet_of_measured_files")
+    counts, text = study.confusion(), " ".join((study.__doc__ or "").split())
+    readme = (STUDIES / "README.md").read_text("utf-8")
+    by_screen = {
+        verdict: sum(number for (screen, _), number in counts.items() if screen == verdict)
+        for verdict in ("HOLDS", "FAILS", "OPEN", "REFUSED")
+    }
+    agreed = counts["HOLDS", "HOLDS"] + counts["FAILS", "FAILS"]
+    decided = counts["OPEN", "HOLDS"] + counts["OPEN", "FAILS"]
+    covered = {answer: 1e2 * study.covered_share(answer) for answer in study.FE_ANSWERS}
+    lengths = {
+        answer: 50.0 * np.mean([share.high - share.low for share in shares])
+        for answer, shares in study.draw_intervals().items()
+    }
+    causes = {
+        cause: [position for position in study.positions() if position.open_because == cause]
+        for cause in ("noise", "accuracy of the screen")
+    }
+    by_elements = {
+        cause: sum(position.fe_verdict in ("HOLDS", "FAILS") for position in positions)
+        for cause, positions in causes.items()
+    }
+    assert (
+        f"by the screen Hertz holds in {by_screen['HOLDS']} of the contacts and fails in {by_screen['FAILS']};"
+        f" {by_screen['OPEN']} are unresolved and {by_screen['REFUSED']} refused"
+    ) in text
+    assert f"have equal verdicts at all {agreed} positions that both decide" in text
+    assert (
+        f"Of the unresolved positions they decide {decided}: {by_elements['accuracy of the screen']} of the"
+        f" {len(causes['accuracy of the screen'])}"
+        f" that the accuracy of the screen leaves unresolved, and {by_elements['noise']} of the {len(causes['noise'])}"
+        " that noise leaves unresolved"
+    ) in text
+    parts = ", ".join(f"{answer} {share:.3g} %" for answer, share in covered.items())
+    assert f"contains the true share in the following part of the samples: {parts}" in text
+    middle = ", ".join(f"{lengths[answer]:.0f}" for answer in ("HOLDS", "FAILS"))
+    assert f"is {middle} and {lengths['OPEN']:.0f} percentage points for HOLDS, FAILS and OPEN" in text
+    assert f"in {min(covered.values()):.3g} to {max(covered.values()):.3g} % of 200 samples" in readme
+    assert f"agree at all {agreed} positions that both decide" in readme
+
+
 def test_two_patches_of_measured_lines_touch_at_head_and_flange_at_once():
     """Three contact points within 0.05 mm, and a contact 65 mm wide.
 

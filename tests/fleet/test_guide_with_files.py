@@ -1,10 +1,11 @@
-"""The guide with files of an instrument runs as it is pasted."""
+"""The example of the guide with the files of an instrument, as it is pasted."""
 
 import re
 import shlex
 import shutil
 from pathlib import Path
 
+import pyarrow.parquet
 import pytest
 from test_documents import GUIDE, ROOT, fenced, not_printed
 
@@ -29,7 +30,7 @@ def checkout(tmp_path, monkeypatch) -> Path:
 
 
 def paste(blocks: list[tuple[str, str]], folder: Path, capsys) -> str:
-    """Type commands, write tables, and compare each line with the output."""
+    """Type the commands of blocks, and compare each shown line with the output."""
     printed = ""
     for language, content in blocks:
         if language == "csv":
@@ -65,3 +66,8 @@ def test_the_sample_gives_the_answer_as_shown(checkout, capsys):
     )
     assert re.search(r"Finite elements take [\d.]+ CPU s per position \(mean of 6 solved positions of the sam", printed)
     assert "14 positions." in printed
+    screen = [
+        row for path in Path("out/measured/screen").iterdir() for row in pyarrow.parquet.read_table(path).to_pylist()
+    ]
+    pair = {row["rail"]: row for row in screen if row["wheel"] == "worn_high_mileage"}["rail_left_iter288"]
+    assert round(pair["place_y_mm"]) == 27

@@ -323,8 +323,8 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
         title = "What would decide the unresolved contacts, in % of all contacts"
         yield make_table(title, _OPEN_CAUSE_COLUMNS, answer.open_causes)
         yield (
-            "Finite elements are judged on the same profile variants as the screen: they decide most of the positions"
-            " that the accuracy of the screen leaves unresolved, and few of the others."
+            "Finite elements are judged on the same profile variants as the screen: they decide some of the positions"
+            " that the accuracy of the screen leaves unresolved, and fewer of the others."
         )
         if answer.solution_time:
             yield f"Finite elements take {answer.solution_time.words}."
