@@ -456,39 +456,29 @@ class WheelSection:
         constant = of_wheel[:, 1] * tape_circle_y - directions @ from_centre
         return s, np.stack((constant + of_s * s[0], of_wheel[:, 1] + of_s * s[1], of_depth), axis=1)
 
-    def evaluate(self, u: Floats) -> tuple[Floats, Floats, Floats]:
-        """Coordinates (mm) of the section at parameters of the profile.
+    def _project_tangents(self, tangents: Floats) -> tuple[Floats, Floats, Floats]:
+        """Coordinates (mm) along the axis and normal to it, and rate of the first.
 
-        Parameters
-        ----------
-        u
-            Parameters of the wheel's profile, in any shape.
-
-        Returns
-        -------
-        t, height, rate
-            Coordinates along the axis and normal to it, and derivative of t with respect to u, in the shape of u.
+        `tangents` (..., 4) has y and z of points of the profile in mm, and their rates.
         """
-        return self._locate_points(self.wheel.profile.evaluate(u))
-
-    def _locate_points(self, p: CurvePoints) -> tuple[Floats, Floats, Floats]:
-        """Coordinates and rate, as in `evaluate`, at points of the profile."""
         (s_zero, s_rate), (of_t, of_height) = self._coefficients
-        s, radius = s_zero + s_rate * p.y, self.wheel.rolling_radius_mm - p.z
+        y, z, dy, dz = np.moveaxis(tangents, -1, 0)
+        s, radius = s_zero + s_rate * y, self.wheel.rolling_radius_mm - z
         depth = np.sqrt(radius * radius - s * s)
-        depth_rate = -(radius * p.dz + s_rate * s * p.dy) / depth
-        t, height = (constant + of_y * p.y + of_depth * depth for constant, of_y, of_depth in (of_t, of_height))
-        return t, height, of_t[1] * p.dy + of_t[2] * depth_rate
+        depth_rate = -(radius * dz + s_rate * s * dy) / depth
+        t, height = (constant + of_y * y + of_depth * depth for constant, of_y, of_depth in (of_t, of_height))
+        return t, height, of_t[1] * dy + of_t[2] * depth_rate
 
     @cached_property
     def _rise(self) -> MonotoneFunction | None:
         """Coordinate along the axis, on the widest stretch of the profile that runs forward."""
         pieces = self.wheel.profile.pieces
-        return pieces.find_rise(self._follow_axis, self._locate_points(pieces.ends)[0])
+        ends = np.stack((pieces.ends.y, pieces.ends.z, pieces.ends.dy, pieces.ends.dz), axis=-1)
+        return pieces.find_rise(self._follow_axis, self._project_tangents(ends)[0])
 
     def _follow_axis(self, u: Floats) -> Floats:
-        """Coordinate along the axis and its rate, in the last axis of the result."""
-        t, _, rate = self.evaluate(u)
+        """Coordinate along the axis and its rate at parameters, shape (..., 2)."""
+        t, _, rate = self._project_tangents(self.wheel.profile.pieces.tangents(u))
         return np.stack((t, rate), axis=-1)
 
     def heights(self, t: Floats) -> Floats:
@@ -504,7 +494,9 @@ class WheelSection:
         ndarray of shape (n,)
             Heights in mm; NaN where the widest stretch of the section that runs forward is missing.
         """
-        return np.full(t.shape, np.nan) if self._rise is None else self.evaluate(self._rise.inverted(t))[1]
+        if self._rise is None:
+            return np.full(t.shape, np.nan)
+        return self._project_tangents(self.wheel.profile.pieces.tangents(self._rise.inverted(t)))[1]
 
 
 # cached: equal for every position of the profile, and a table of positions has many searches
