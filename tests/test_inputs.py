@@ -328,6 +328,8 @@ def test_the_table_above_has_every_field_of_a_case_and_its_parts():
     case = Case()
     fields = {("", field.name) for field in dataclasses.fields(case) if field.name not in PARTS}
     fields |= {(section, field.name) for section in PARTS for field in dataclasses.fields(getattr(case, section))}
+    # only Python and the tables of fleets give the reading of the opposite files
+    fields -= {("opposite", "rail_file"), ("opposite", "wheel_file")}
     assert set(ROWS) == fields == {(slot.table, slot.field) for slot in INPUTS}
 
 
@@ -623,8 +625,10 @@ def test_numbers_of_another_roll_and_its_old_names_are_refused(options, says, tm
         words += (
             ["--opposite", "load-kn=60"] if isinstance(value, dict) else [name] + [str(value)] * (value is not True)
         )
-    assert call(["solve", *words]) == 2
-    assert says in capsys.readouterr().err
+    # `solve --wheelset` is an option of that command
+    if "wheelset" not in options:
+        assert call(["solve", *words]) == 2
+        assert says in capsys.readouterr().err
     if isinstance(next(iter(options.values())), bool):
         with pytest.raises(InputError, match="is no longer an input"):
             read_case_record(make_case_record(Case()) | options)

@@ -378,11 +378,11 @@ def test_what_is_written_is_read_back(write, kind):
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("a.toml", "the ending is .toml; allowed: .csv; give a name such as a.csv"),
+        ("a.json", "the ending is .json; allowed: .csv, .toml; give a name such as a.csv"),
         ("a", "the ending is (none); allowed"),
     ],
 )
-def test_profiles_are_written_as_columns_alone(tmp_path, name, message, capsys):
+def test_profiles_are_written_as_columns_or_segments_alone(tmp_path, name, message, capsys):
     assert call(["profiles", "60E1", "--write", str(tmp_path / name)]) == 2
     # refused before anything is read or printed
     out, err = capsys.readouterr()
@@ -533,7 +533,7 @@ def test_the_example_pair_does_not_overwrite_files_with_different_content(tmp_pa
     assert (tmp_path / "wheel.csv").read_text("utf-8") == "y,z\n0,0\n"
     assert call([*command, "--force"]) == 0
     contents = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
-    assert sorted(contents) == ["rail.csv", "wheel.csv"]
+    assert sorted(contents) == ["rail.csv", "wheel.csv", "wheel.whl"]
     # equal files are written again
     assert call(command) == 0
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == contents

@@ -239,19 +239,19 @@ def _strip_theory_function(
             contact = theory(line, loaded.normal_force_N)
         except InputError as error:
             return str(error)
-        return _describe_strips(loaded, _project_to_surface(contact, line) if in_plane else contact)
+        return _describe_strips(loaded, contact, in_plane=in_plane)
 
     return approximate
 
 
-def _describe_strips(loaded: LoadedPlacement, contact: StripContact) -> TheoryContact | str:
+def _describe_strips(loaded: LoadedPlacement, contact: StripContact, *, in_plane: bool = False) -> TheoryContact | str:
     """Contact of a theory of strips, or the reason for no contact.
 
-    The strips of `contact` are on the surface of the rail.
+    If `in_plane`, the strips are on the tangent plane; if not, they are on the surface of the rail.
     """
     if not (contact.half_length_mm > 0.0).any():
         return "; ".join(contact.notes) or "no strip is in contact"
-    approximation = theory_contact_from_strips(contact)
+    approximation = theory_contact_from_strips(_project_to_surface(contact, loaded.gap_line) if in_plane else contact)
     beyond_notes = _points_beyond_line(loaded.placement, loaded.gap_line, approximation.approach_mm)
     if not beyond_notes:
         return approximation

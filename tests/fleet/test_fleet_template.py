@@ -77,7 +77,7 @@ def test_an_example_overwrites_files_by_force_alone(tmp_path, capsys, name):
     # of another seed, all files differ
     assert call([*line, "--seed", "2"]) == 2
     assert "rail00000.csv, " in (error := capsys.readouterr().err)
-    assert "and 2 further files; give another folder, or --force" in error
+    assert "and 2 more; give another folder, or --force" in error
 
 
 def read_files(folder):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache, partial
 from pathlib import Path
 
 from fecontact.console.log import log_command
@@ -98,8 +99,10 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.suspicious_files import make_suspicious_parts
 
     with lock_fleet(folder):
-        screened = open_fleet(folder)
-        fleet_answer = evaluate_fleet(folder, screened.case)
+        # opened after the tables have been checked
+        open_once = cache(partial(open_fleet, folder))
+        fleet_answer = evaluate_fleet(folder, lambda *position: open_once().case(*position))
+        screened = open_once()
         page = write_report(fleet_answer, folder, screened.case, make_suspicious_parts(screened))
     tell(
         make_answer_rows(fleet_answer) if json else fleet_answer,
