@@ -12,6 +12,7 @@ from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.open_positions import FILES_SECONDS, SolutionTime, find_solution_time
 from fecontact.features.fleet.report import explain_answer, make_report_parts
 from fecontact.features.fleet.tables import open_tables
+from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.tables import Table
 from fecontact.runs.cost import STUDY_FILES_S
 from fecontact.solving.cost import START_SECONDS
@@ -108,12 +109,12 @@ def test_the_report_says_what_decides_them_and_on_which_basis(fleet, sampled):
     assert f"less noise, or closer points at {noise['positions']} (measure up to {measured} again)" in sentence
     assert by_filter["decided_by_filter_8_mm"] > by_filter["decided_by_filter_5_7_mm"] > 0
     # 22 files, 120 pairs, three variants of 5 shifts and 15 positions
-    screening_s = 22 * 0.35 + 120 * (0.025 + 3 * (5 * 0.006 + 15 * 0.016))
+    screening_s = 22 * 0.35 + 120 * (0.025 + 3 * (5 * 0.006 + 15 * 0.013))
     assert answer.new_screening_s == pytest.approx(screening_s)
     assert (
         f"a declared filter length at {by_filter['positions']} ({by_filter['decided_by_filter_4_mm']} by 4.0 mm,"
         f" {by_filter['decided_by_filter_5_7_mm']} by 5.7 mm, {by_filter['decided_by_filter_8_mm']} by 8.0 mm;"
-        f" screening again takes about {screening_s / 60.0:.0f} min of CPU time)"
+        f" screening again takes about {format_duration(screening_s)} of CPU time)"
     ) in sentence
     parts = list(make_report_parts(answer, fleet.folder))
     time = answer.solution_time

@@ -58,7 +58,7 @@ from fecontact.profiles.resolve import read_profile_content, select_used_options
 # pair in the process that distributes the pairs. Pairs of 1 to 50 positions took 0.067 to 1.53 s by strips.
 _FILE_S, _PAIR_S, _PLACE_S, _WORKER_MB, _PAIR_KB = 0.35, 0.025, 0.006, 270.0, 4.0
 # CPU seconds per position of a pair on each profile variant.
-_POSITION_S: Mapping[ScreeningTheory, float] = {"strip": 0.016, "half_space": 0.07}
+_POSITION_S: Mapping[ScreeningTheory, float] = {"strip": 0.013, "half_space": 0.07}
 # Seconds before the first result of each worker and after the last: a process imports the program in 2 s, once for the
 # files and once for the pairs; its first pair takes 1 s more; tables and the end take 1 s.
 _START_S = 6.0
