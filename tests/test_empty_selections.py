@@ -5,7 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from points import profile_from_points
 
+from fecontact.errors import InputError
 from fecontact.profiles.examples import make_worn_points
 from fecontact.profiles.nominal_choice import choose_nominal, is_nominal_supported
 from fecontact.profiles.recognition import _measure_field_side_loss_mm
@@ -76,3 +78,9 @@ def test_a_side_above_the_other_side_has_no_loss():
     assert measure([-9.0, -8.0, -4.0, -3.5]) is None
     # 0.9 quantiles of 0 and 1, and of 2 and 3
     assert measure([-9.0, -8.0, -9.0, -8.0]) == pytest.approx(2.0)
+
+
+def test_points_of_which_nearly_all_turn_back_are_refused():
+    points = [(0, 0), (0, 1), (0, 2), (0, 0), (0, 1), (0, 0), (0, 1), (0, 0), (1, 0), (-1, 3)]
+    with pytest.raises(InputError, match="allowed: at least 10; give the points of the running surface"):
+        profile_from_points(*np.array(points, dtype=float).T, kind="rail", name="points")

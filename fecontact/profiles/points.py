@@ -425,6 +425,12 @@ def check_points(file_points: ProfilePoints, reading: Reading) -> ProfilePoints:
 
     outline_end_mm = (float(points[0, 0]), float(points[0, 1])) if cut_remarks and file_points.kind == "rail" else None
     points, end_remarks, gauge_side_end_mm = _cut_turned_in_ends(points, file_points.kind)
+    if len(points) < FEWEST_POINTS:
+        raise InputError(
+            f"{name}: {count_text(len(points), 'point')} of the file can be a running surface, without closed outlines"
+            f" and ends that turn back; allowed: at least {FEWEST_POINTS}; give the points of the running surface in"
+            " their order along it"
+        )
     # the shape of a profile that turns back is undefined, so wrong points are removed first
     points, problems, repair_remarks = _remove_wrong_points(points, file_points, repair=reading.repair)
     if file_points.question:
