@@ -14,6 +14,9 @@ from fecontact.cli import call
 from fecontact.criteria import Creep
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.placement.irregularity import parse_irregularity
+from fecontact.profiles.library import load_library_profile
+from fecontact.profiles.reading import Reading
+from fecontact.profiles.writers import sample_points
 from fecontact.solving import wheelset_solution
 from fecontact.solving.placing import compute_roll, place_case
 from fecontact.solving.wheelset_solution import list_wheelset_cases, solve_wheelset
@@ -78,6 +81,22 @@ def test_each_side_has_its_own_inputs():
     assert (other_case.opposite.rail, other_case.opposite.rolling_radius_mm) == (case.rail, 460.0)
     # without a load of the roll both loads are those of the wheels
     assert other_case.roll_load_N is None
+
+
+def test_the_file_of_each_side_is_read_with_its_own_options(tmp_path):
+    """Points of an S1002 in mm and in cm are equal wheels."""
+    points = sample_points(load_library_profile("S1002"))
+    for name, scale in (("mm", 1.0), ("cm", 0.1)):
+        np.savetxt(tmp_path / f"{name}.csv", scale * points, delimiter=",", header=f"y [{name}],z [{name}]")
+    options = {name: Reading(units=name, filter_mm=0.0) for name in ("mm", "cm")}
+    opposite = Opposite(wheel=str(tmp_path / "cm.csv"), wheel_file=options["cm"])
+    case = Case(**POSITION, wheel=str(tmp_path / "mm.csv"), wheel_file=options["mm"], opposite=opposite)
+    cases = list_wheelset_cases(case)
+    assert [wheel_case.wheel_file for wheel_case in cases.values()] == [options["mm"], options["cm"]]
+    assert cases["right"].opposite.wheel_file == options["mm"]
+    for side, placement in place_both(case).items():
+        alone = place_case(replace(Case(**POSITION, wheel=case.wheel, wheel_file=options["mm"]), side=side))
+        assert placement.first.rail_y_mm == pytest.approx(alone.first.rail_y_mm, abs=1e-6), side
 
 
 @pytest.mark.parametrize("name", WHEELSETS)

@@ -74,10 +74,14 @@ def _make_other_case(case: Case) -> Case:
             other_case,
             rail=opposite.rail or case.rail,
             wheel=opposite.wheel or case.wheel,
+            rail_file=opposite.rail_file or case.rail_file,
+            wheel_file=opposite.wheel_file or case.wheel_file,
             rolling_radius_mm=radii_mm[side],
             opposite=Opposite(
                 rail=case.rail if opposite.rail else None,
                 wheel=case.wheel if opposite.wheel else None,
+                rail_file=case.rail_file if opposite.rail_file else None,
+                wheel_file=case.wheel_file if opposite.wheel_file else None,
                 rolling_radius_mm=radii_mm[case.side],
             ),
         )
