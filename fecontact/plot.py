@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 from fecontact.errors import InputError
 from fecontact.outputs.figures.case import case_inches, draw_case
 from fecontact.outputs.figures.paper import (
-    MM_PER_INCH,
     Field,
     draw_field,
     draw_paper_case,
@@ -16,7 +15,7 @@ from fecontact.outputs.figures.paper import (
 )
 from fecontact.outputs.figures.pressure_maps import PressureFields
 from fecontact.outputs.records.results import result_record
-from fecontact.outputs.style import show_text_literally
+from fecontact.outputs.style import MM_PER_INCH, show_text_literally
 from fecontact.solving.solve import CaseResult
 
 if TYPE_CHECKING:
@@ -152,7 +151,7 @@ def map(
     >>> len(figure.axes) > 0
     True
     """
-    from fecontact.maps.files import draw_map_by_measure
+    from fecontact.maps.picture import draw_map_by_measure
 
     _refuse_sizes(axes, width_mm)
     figure = draw_map_by_measure(

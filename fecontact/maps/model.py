@@ -202,6 +202,11 @@ class ApplicabilityMap:
     loads_N: tuple[float, ...]
     positions: tuple[MapPosition, ...]
 
+    @property
+    def yaw_mrad(self) -> float:
+        """Yaw of the wheelset in mrad."""
+        return 1e3 * self.case.yaw_rad
+
     def __repr__(self) -> str:
         case, cells = self.case, [cell.verdict for cell in self.cells]
         counts = ", ".join(f"{cells.count(answer)} {answer}" for answer in dict.fromkeys(cells))

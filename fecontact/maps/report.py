@@ -14,8 +14,8 @@ from fecontact.errors import is_usable_status
 from fecontact.feature_registry import load_offers
 from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
-from fecontact.maps.files import cell_boxes, draw_map
 from fecontact.maps.model import ApplicabilityMap, build_cell_row
+from fecontact.maps.picture import cell_boxes, draw_map
 from fecontact.maps.sentences import capitalise
 from fecontact.maps.telling import build_cell_record, count_theory_shares
 from fecontact.maps.theory_views import find_judged_laws
@@ -57,6 +57,32 @@ _SMALL_PICTURE_WORDS = (
 
 Pictures: TypeAlias = Mapping[tuple[float, float], bytes]
 """Pictures of cells that were drawn before, as WEBP, by shift (mm) and load (N)."""
+
+
+def write_result_report(
+    map_result: MapResult, out: Path, *, theory: str = HERTZ, pictures: Mapping[float, Pictures] | None = None
+) -> Path:
+    """Write `report.html` of a map, or of the maps of several yaws.
+
+    Parameters
+    ----------
+    map_result
+        Map, or maps of several yaws.
+    out
+        Folder of the map.
+    theory
+        Further theory of the pressure with a picture.
+    pictures
+        Pictures of cells that were drawn before, by the yaw in rad.
+
+    Returns
+    -------
+    Path
+        File of the report.
+    """
+    if isinstance(map_result, YawMap):
+        return write_yaw_report(map_result, out, theory=theory, pictures=pictures)
+    return write_map_report(map_result, out, theory=theory, pictures=(pictures or {}).get(map_result.case.yaw_rad))
 
 
 def write_map_report(
@@ -147,7 +173,7 @@ def write_yaw_report(
     ]
     for single_map, page in zip(maps, pages, strict=True):
         parts += [
-            Heading(f"Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad"),
+            Heading(f"Yaw {format_yaw(single_map.yaw_mrad)} mrad"),
             " ".join(write_map_answer(single_map, "pressure")),
             f"{answer_words(page.verdicts, 'cells')}.",
             _describe_wheel(single_map.case),
@@ -277,7 +303,7 @@ def _build_changes_table(maps: Sequence[ApplicabilityMap]) -> Table | str:
 
     The table has a column for each yaw, and the text "None." takes its place without a change."""
     verdicts = {
-        1e3 * single_map.case.yaw_rad: {
+        single_map.yaw_mrad: {
             (cell.lateral_shift_mm, cell.load_N): cell.verdict if cell.usable else "failed" for cell in single_map.cells
         }
         for single_map in maps
@@ -302,7 +328,7 @@ def _build_yaw_limits_table(maps: Sequence[ApplicabilityMap]) -> Table:
         {column.shift_mm: column.limit for column in build_map_view(single_map, "pressure").columns}
         for single_map in maps
     ]
-    headings = [f"{format_yaw(1e3 * single_map.case.yaw_rad)} mrad" for single_map in maps]
+    headings = [f"{format_yaw(single_map.yaw_mrad)} mrad" for single_map in maps]
     rows = [
         TableRow(cells=[f"{shift:+z.2f}", *(limit.get(shift, "-") for limit in limits)])
         for shift in sorted(set().union(*limits))
@@ -439,7 +465,7 @@ def format_map_lines(map_result: MapResult, measure: str, theory: str, *, width:
             yield fill(sentence, width or DEFAULT_TEXT_WIDTH)
         for single_map in map_result.maps:
             yield " "
-            yield f"Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad:"
+            yield f"Yaw {format_yaw(single_map.yaw_mrad)} mrad:"
             yield from format_map_lines(single_map, measure, theory, width=width)
         return
     sentences = dict.fromkeys((*write_map_answer(map_result, measure, theory), *write_number_answer(map_result)))

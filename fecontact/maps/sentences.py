@@ -181,18 +181,17 @@ def write_yaw_sentences(views: Mapping[float, MapView], name: str, *, of_theorie
     if len(views) < 2 or not all(answers_by_yaw.values()):
         return []
     changes, verbs = find_yaw_changes(answers_by_yaw), _THEORY_VERBS if of_theories else _ANSWER_VERBS
+    same = f"{name if of_theories else f'the verdict on {name}'} is the same"
     reference_mrad = choose_reference_yaw([*views])
     if not changes:
         cells = count_text(len(answers_by_yaw[reference_mrad]), "cell")
-        subject = _name_yaw_subject(name, verbs)
-        return [f"At {join_yaws([*views])} {subject} is the same in all of {cells} (shift and load)."]
+        return [f"At {join_yaws([*views])} {same} in all of {cells} (shift and load)."]
     other_yaws = [yaw_mrad for yaw_mrad in views if yaw_mrad != reference_mrad]
-    return [_write_yaw_sentence(changes, (reference_mrad, yaw_mrad), name, verbs) for yaw_mrad in other_yaws]
-
-
-def _name_yaw_subject(name: str, verbs: Mapping[str, str]) -> str:
-    """Subject of a sentence: the verdict on a theory, or the cheapest theory."""
-    return name if verbs is _THEORY_VERBS else f"the verdict on {name}"
+    return [
+        _write_yaw_sentence(changes, (reference_mrad, yaw_mrad), name, verbs)
+        or f"At {format_yaw(yaw_mrad)} mrad {same} as at {format_yaw(reference_mrad)} mrad in every cell."
+        for yaw_mrad in other_yaws
+    ]
 
 
 def _collect_answers(view: MapView) -> dict[tuple[float, float], str]:
@@ -207,22 +206,20 @@ def _collect_answers(view: MapView) -> dict[tuple[float, float], str]:
 def _write_yaw_sentence(
     changes: Sequence[YawChange], yaws_mrad: tuple[float, float], name: str, verbs: Mapping[str, str]
 ) -> str:
-    """Sentence on the answers that change from the first yaw to the second."""
+    """Sentence on the answers that change from the first yaw to the second; empty without a change."""
     reference_mrad, yaw_mrad = yaws_mrad
-    place, reference = f"At {format_yaw(yaw_mrad)} mrad", f"{format_yaw(reference_mrad)} mrad"
+    reference = f"{format_yaw(reference_mrad)} mrad"
     groups: dict[tuple[str, str], list[YawChange]] = {}
     for change in changes:
         before, after = change.answers[reference_mrad], change.answers[yaw_mrad]
         if before != after:
             groups.setdefault((before, after), []).append(change)
-    if not groups:
-        return f"{place} {_name_yaw_subject(name, verbs)} is the same as at {reference} in every cell."
     phrases = [
         f"{verbs[after]} in {count_text(len(cells), 'cell')} where it {verbs[before]} at {reference}"
         f" ({_name_cells(cells)})"
         for (before, after), cells in groups.items()
     ]
-    return f"{place} {name} {'; it '.join(phrases)}."
+    return f"At {format_yaw(yaw_mrad)} mrad {name} {'; it '.join(phrases)}." if phrases else ""
 
 
 def _name_cells(changes: Sequence[YawChange]) -> str:

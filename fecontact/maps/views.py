@@ -218,7 +218,7 @@ def write_yaw_answer(yaw_map: YawMap, measure: str, theory: str = HERTZ) -> list
     if measure in load_offers("NUMBERS"):
         # a number has no verdict that changes
         measure = "pressure"
-    views = {1e3 * single_map.case.yaw_rad: build_map_view(single_map, measure, theory) for single_map in yaw_map.maps}
+    views = {single_map.yaw_mrad: build_map_view(single_map, measure, theory) for single_map in yaw_map.maps}
     return write_yaw_sentences(views, _name_answer(measure, theory), of_theories=measure == "theory")
 
 

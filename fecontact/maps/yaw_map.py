@@ -36,8 +36,7 @@ class YawMap:
     def _repr_html_(self) -> str:
         """Table of the verdicts over shift and load for each yaw, for a notebook."""
         return "".join(
-            f"<p>Yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad</p>{single_map._repr_html_()}"
-            for single_map in self.maps
+            f"<p>Yaw {format_yaw(single_map.yaw_mrad)} mrad</p>{single_map._repr_html_()}" for single_map in self.maps
         )
 
     def __len__(self) -> int:
@@ -60,7 +59,7 @@ class YawMap:
     @property
     def yaws_mrad(self) -> tuple[float, ...]:
         """Yaws of the maps in mrad, increasing."""
-        return tuple(1e3 * single_map.case.yaw_rad for single_map in self.maps)
+        return tuple(single_map.yaw_mrad for single_map in self.maps)
 
     @property
     def positions(self) -> tuple[MapPosition, ...]:
@@ -193,7 +192,7 @@ def name_cells(map_result: MapResult) -> dict[str, MapCell]:
     """
 
     def name_cell(cell: MapCell, single_map: ApplicabilityMap) -> str:
-        yaw_text = f", yaw {format_yaw(1e3 * single_map.case.yaw_rad)} mrad" * isinstance(map_result, YawMap)
+        yaw_text = f", yaw {format_yaw(single_map.yaw_mrad)} mrad" * isinstance(map_result, YawMap)
         return f"{cell.lateral_shift_mm:+g} mm, {cell.load_N / 1e3:g} kN{yaw_text}"
 
     return {name_cell(cell, single_map): cell for single_map in list_maps(map_result) for cell in single_map.cells}

@@ -62,9 +62,9 @@ def build_change_records(yaw_map: YawMap) -> list[Record]:
     list of Record
         Shift, load, and the verdict at each yaw in rad.
     """
-    yaws_rad = {1e3 * single_map.case.yaw_rad: single_map.case.yaw_rad for single_map in yaw_map.maps}
+    yaws_rad = {single_map.yaw_mrad: single_map.case.yaw_rad for single_map in yaw_map.maps}
     verdicts = {
-        1e3 * single_map.case.yaw_rad: {(cell.lateral_shift_mm, cell.load_N): cell.verdict for cell in single_map.cells}
+        single_map.yaw_mrad: {(cell.lateral_shift_mm, cell.load_N): cell.verdict for cell in single_map.cells}
         for single_map in yaw_map.maps
     }
     return [

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 
 DPI = 130
+MM_PER_INCH = 25.4
 PICTURE_ENDINGS = (".png", ".svg")
 """Endings of a picture; both files are written."""
 # Compression level of PNG, of at most 9. A higher level takes up to five times as long and saves only a few per cent.

@@ -24,7 +24,7 @@ from fecontact.jobs.workers import Job, JobOutcome
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.positions import build_failed_position
-from fecontact.maps.report import count_fitting_pictures, write_map_report, write_yaw_report
+from fecontact.maps.report import count_fitting_pictures, write_result_report
 from fecontact.maps.views import refuse_measure
 from fecontact.maps.yaw_map import MapResult, YawMap, format_yaw, list_maps, require_yaws_rad
 from fecontact.outputs.records.results import case_inputs
@@ -146,10 +146,7 @@ def run_map(
             raise
         map_result = run.write()
         if opened_run.settings.part is None and map_result.positions:
-            if isinstance(map_result, YawMap):
-                write_yaw_report(map_result, out, theory=theory, pictures=run.pictures)
-            else:
-                write_map_report(map_result, out, theory=theory, pictures=run.pictures[base_case.yaw_rad])
+            write_result_report(map_result, out, theory=theory, pictures=run.pictures)
     return MapOutcome(made=map_result, reused=tuple(opened_run.reused), recomputed=opened_run.recomputed)
 
 

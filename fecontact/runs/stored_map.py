@@ -18,7 +18,7 @@ from fecontact.jobs.remaining import Progress, report_progress
 from fecontact.maps.files import write_map
 from fecontact.maps.model import ApplicabilityMap, MapPosition
 from fecontact.maps.positions import build_failed_position
-from fecontact.maps.report import format_map_lines, write_map_report, write_yaw_report
+from fecontact.maps.report import format_map_lines, write_result_report
 from fecontact.maps.telling import MAP_SCHEMA
 from fecontact.maps.views import refuse_measure
 from fecontact.maps.yaw_map import MapResult, YawMap
@@ -154,10 +154,7 @@ def judge_map(
     refuse_measure(new_map.case, measure, theory)
     if out is not None:
         write_map(new_map, out, theory=theory)
-        if isinstance(new_map, YawMap):
-            write_yaw_report(new_map, out, theory=theory)
-        else:
-            write_map_report(new_map, out, theory=theory)
+        write_result_report(new_map, out, theory=theory)
     return JudgedMap(map=new_map, problems=tuple(problems.values()), measure=measure, theory=theory)
 
 

@@ -12,7 +12,7 @@ from fecontact.outputs.case_words import case_words
 from fecontact.outputs.code_settings import PositionSettings, settings_of_result
 from fecontact.outputs.records.results import result_record
 from fecontact.runs.judged_study import list_stored_cases
-from fecontact.runs.store import read_case
+from fecontact.runs.store import read_case, read_solution, read_stored_case
 from fecontact.runs.stored_folder import describe_unusable_result
 
 
@@ -69,5 +69,6 @@ def read_settings(
         # without friction no creep forces are computed, which take seconds
         result = read_case(case_folder, criteria=criteria, creep=Creep())
         record = result_record(result)
-        case = replace(result.case, creep=creep or read_case(case_folder).case.creep)
+        stored_creep = read_stored_case(case_folder, read_solution(case_folder)["case"]).creep
+        case = replace(result.case, creep=creep or stored_creep)
         yield case_words(record["case"]), settings_of_result(case, record)

@@ -17,8 +17,9 @@ from fecontact.features.creep.force_verdict import DISPLACED_CENTRE, PATCH_SHAPE
 from fecontact.features.creep.judged_force import ForceDeviation, judge_force
 from fecontact.features.creep.laws import REFERENCE_LAW
 from fecontact.features.creep.maps import FORCE_MAP, LAW_MAP
-from fecontact.maps.files import save_map_figure, write_map
+from fecontact.maps.files import write_map
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition
+from fecontact.maps.picture import save_map_figure
 from fecontact.maps.positions import add_slow_readings, find_feature_limits
 from fecontact.maps.telling import build_law_row, build_map_record
 from fecontact.maps.text_map import format_map_table
@@ -173,7 +174,7 @@ def bands(ax):
 
 def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatch):
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     view = build_feature_view(planted_map[0], "force")
     words = YIELD_WORDS[FIRST_YIELD]
     save_map_figure(
@@ -185,7 +186,7 @@ def test_the_picture_of_forces_has_the_lines_of_yielding(planted_map, monkeypatc
 
 def test_the_png_of_forces_is_drawn_as_that_of_pressure(planted_map, monkeypatch):
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     save_map_figure(build_feature_view(planted_map[0], "force"), "unused.png")
     (ax,) = figures[0].axes
     assert [colour for colour, *_ in bands(ax)] == [
@@ -233,7 +234,7 @@ def test_the_png_of_theories_has_a_colour_for_each_and_says_what_is_open(planted
     colours = build_law_view(planted_map[0], LAW_MAP).colours
 
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     save_map_figure(build_law_view(planted_map[0], LAW_MAP), "unused.png")
     (ax,) = figures[0].axes
     # what lies between two loads with different theories was not solved

@@ -23,9 +23,9 @@ from fecontact.features.creep.forces import calculate_y_over_q
 from fecontact.features.creep.maps import T_GAMMA_MAP
 from fecontact.features.creep.telling import answer_creep_forces
 from fecontact.judging.judge import judge_load
-from fecontact.maps.files import draw_map
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, build_cell_row
 from fecontact.maps.number_views import build_number_view, write_number_sentences
+from fecontact.maps.picture import draw_map
 from fecontact.maps.positions import build_solved_cell
 from fecontact.maps.text_map import format_map_table
 from fecontact.maps.views import build_views, format_map, refuse_measure, write_map_answer, write_number_answer

@@ -55,9 +55,10 @@ from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.judging.uncertainty import MESH_RATIO
 from fecontact.judging.verdict import judge
-from fecontact.maps.files import save_map_figure, write_map
+from fecontact.maps.files import write_map
 from fecontact.maps.load_limits import LoadVerdict, choose_next_load, find_load_limit, list_usable_loads
 from fecontact.maps.model import ApplicabilityMap, LoadInterval, LoadLimit, MapCell, MapPosition, build_cell_row
+from fecontact.maps.picture import save_map_figure
 from fecontact.maps.positions import solve_position
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import build_cell_record, build_limit_record, build_map_record
@@ -663,8 +664,8 @@ def _reset_sweep(request, monkeypatch):
     monkeypatch.setattr(FakeSweep, "open", 0)
     if "png" not in request.node.name:
         monkeypatch.setattr("fecontact.maps.files.save_map_figure", no_figure)
-    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
-    monkeypatch.setattr("fecontact.runs.stored_map.write_map_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.map_run.write_result_report", no_figure)
+    monkeypatch.setattr("fecontact.runs.stored_map.write_result_report", no_figure)
     monkeypatch.setattr(store, "judge_load", judged_once)
 
 
@@ -713,7 +714,7 @@ def stored_map(out, shifts=SHIFTS, loads=LOADS, progress=None):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(map_positions, "solve_position", fake_position)
         patch.setattr("fecontact.maps.files.save_map_figure", no_figure)
-        patch.setattr("fecontact.runs.map_run.write_map_report", no_figure)
+        patch.setattr("fecontact.runs.map_run.write_result_report", no_figure)
         patch.setattr(store, "judge_load", judged_once)
         return out, fake_run(out, shifts, loads=loads, progress=progress).made
 
@@ -1212,7 +1213,7 @@ def test_the_title_of_the_picture_says_by_what_hertz_is_judged_in_its_png(tmp_pa
         conditions.append(" ".join(figure.legends[0].get_title().get_text().split()))
         return path
 
-    monkeypatch.setattr("fecontact.maps.files.save_figure", look)
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", look)
     one_cell_map = fresh_map([0.0], [100e3])
     for criteria in (Criteria(), Criteria(p_max=0.03, area=0.2, judged_by=("strength", "area"))):
         save_map_figure(
@@ -1235,7 +1236,7 @@ def test_every_cause_has_its_letter_in_the_png(cause, letter, tmp_path, monkeypa
         figures.extend(text.get_text() for text in figure.legends[0].get_texts())
         return path
 
-    monkeypatch.setattr("fecontact.maps.files.save_figure", look)
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", look)
     like = point(100e3, 0.2)
     cell = cell_of(replace(like, verdict=replace(like.verdict, cause=cause)))
     position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
@@ -1255,7 +1256,7 @@ def test_an_open_cell_has_the_colour_of_the_share_of_lines_on_which_hertz_holds(
         colours.update(dict.fromkeys(text.get_text() for text in figure.legends[0].get_texts()))
         return path
 
-    monkeypatch.setattr("fecontact.maps.files.save_figure", look)
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", look)
     like = point(100e3, 0.05)
     lines = {str(k): "HOLDS" if k < holds else "UNRESOLVED" if k == 11 else "FAILS" for k in range(12)}
     verdict = replace(like.verdict, answer="UNRESOLVED", variant_answers=lines)
@@ -1274,7 +1275,7 @@ def test_the_png_changes_its_colour_where_the_verdict_does(monkeypatch):
     from fecontact.outputs.style import ANSWER_COLOURS
 
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     limit = replace(find_load_limit(TWO_LOADS), tried=((3e4, "UNRESOLVED"),))
     lost = MapCell(lateral_shift_mm=1.0, load_N=1e4, status="failed: no memory")
     positions = (

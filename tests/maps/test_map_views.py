@@ -26,9 +26,10 @@ from fecontact.files import format_json
 from fecontact.judging.judge import judge_load
 from fecontact.judging.verdict import Verdict
 from fecontact.maps import report
-from fecontact.maps.files import save_map_figure, write_map
+from fecontact.maps.files import write_map
 from fecontact.maps.load_limits import find_load_limit
 from fecontact.maps.model import ApplicabilityMap, MapCell, MapPosition
+from fecontact.maps.picture import save_map_figure
 from fecontact.maps.positions import build_solved_cell
 from fecontact.maps.report import build_shares_table, format_map_lines, write_map_report
 from fecontact.maps.telling import count_theory_shares
@@ -188,7 +189,7 @@ def test_one_picture_draws_them_in_a_png(base_map, monkeypatch):
     from matplotlib.colors import to_hex
 
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     views = [
         build_verdict_view(base_map),
         build_verdict_view(base_map, MULTI_HERTZ),
@@ -507,7 +508,7 @@ def test_a_report_of_a_map_says_what_would_decide_an_open_cell(tmp_path):
 
 def test_columns_are_as_wide_as_the_smallest_step_and_wide_ones_leave_gaps(base_map, monkeypatch):
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     for shifts in ([-4.0, -2.0, 0.0], [0.0, 0.5, 1.0, 4.0], [3.0], [0.0, 1.0]):
         save_map_figure(build_verdict_view(verdicts(base_map, shifts, [50, 100], ["hf"] * len(shifts))), "unused.png")
     widths = [{round(bar.get_width(), 9) for bar in figure.axes[0].patches} for figure in figures]

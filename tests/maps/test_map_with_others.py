@@ -51,9 +51,9 @@ from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.files import SEAL_KEY, write_json, write_sealed
 from fecontact.jobs.engine import RunSettings
-from fecontact.maps.files import save_map_figure
 from fecontact.maps.load_limits import find_load_limit
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, build_cell_row
+from fecontact.maps.picture import save_map_figure
 from fecontact.maps.positions import build_failed_position, build_solved_cell
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, build_map_record
@@ -98,7 +98,7 @@ def test_a_map_marks_where_springs_hold_and_one_ellipse_does_not(springs, monkey
     assert "*" not in lines[1]
     assert any(line.startswith("* Hertz at all contact points") for line in lines)
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     save_map_figure(build_verdict_view(springs), "unused.png")
     (ax,) = figures[0].axes
     marks = [line for line in ax.get_lines() if line.get_marker() == "D"]
@@ -166,7 +166,7 @@ def test_a_map_draws_loads_of_first_yield_and_of_plasticity(loaded_sphere):
 )
 def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_letter, monkeypatch):
     figures = []
-    monkeypatch.setattr("fecontact.maps.files.save_figure", lambda figure, path: figures.append(figure))
+    monkeypatch.setattr("fecontact.maps.picture.save_figure", lambda figure, path: figures.append(figure))
     cells = [MapCell(lateral_shift_mm=shift, load_N=1e5, status="failed: for a test") for shift in (-2.0, 3.0)]
     positions = tuple(
         MapPosition(lateral_shift_mm=cell.lateral_shift_mm, cells=(cell,), limit=find_load_limit([cell]))
@@ -511,7 +511,7 @@ def test_a_load_says_the_same_in_a_case_and_in_a_map(record, elliptic_row, ellip
 
 def test_a_map_that_ends_at_any_file_operation_goes_on(disk, monkeypatch):
     monkeypatch.setattr("fecontact.maps.files.save_map_figure", lambda *arguments: None)
-    monkeypatch.setattr("fecontact.runs.map_run.write_map_report", lambda *arguments, **keywords: None)
+    monkeypatch.setattr("fecontact.runs.map_run.write_result_report", lambda *arguments, **keywords: None)
     goes_on(disk, run_fake_map)
 
 

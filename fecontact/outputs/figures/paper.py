@@ -8,7 +8,7 @@ from fecontact.errors import InputError
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.figures.case import draw_lateral_cut, draw_rolling_cut
 from fecontact.outputs.figures.pressure_maps import PressureFields, draw_pressure
-from fecontact.outputs.records.asked import requested_record
+from fecontact.outputs.style import MM_PER_INCH
 from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Field = Literal["finite elements", "Hertz", "Hertz minus finite elements", "lateral cut", "longitudinal cut"]
-MM_PER_INCH = 25.4
 # Widths of a picture that are allowed; a page has 85 mm for a column and 170 mm for both.
 NARROWEST_MM, WIDEST_MM = 40.0, 1000.0
 # From this width in mm, three fields are side by side.
@@ -147,5 +146,5 @@ def draw_paper_case(
         for ax, field in zip(rows.subplots(1, len(row_fields), squeeze=False).flat, row_fields, strict=True):
             draw_field(ax, field, record, placement, fields, numbers=numbers)
     if title:
-        verdict_text = f"Hertz {record['verdict']['answer']}: {verdict_reason(requested_record(record))}"
+        verdict_text = f"Hertz {record['verdict']['answer']}: {verdict_reason(record)}"
         figure.suptitle(f"{case_words(record['case'])}\n{verdict_text}", fontsize="medium")

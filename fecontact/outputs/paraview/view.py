@@ -13,7 +13,7 @@ import numpy as np
 from fecontact.errors import InputError
 from fecontact.files import read_json, write_text
 from fecontact.outputs.pair_names import RowMapping
-from fecontact.outputs.paraview.vtk import BODIES_COLLECTION, BODIES_SUFFIX, COLLECTION
+from fecontact.outputs.paraview.vtk import COLLECTION, list_series, name_bodies
 from fecontact.outputs.records.results import read_row
 
 SCRIPT_FILE = "view.py"
@@ -44,8 +44,7 @@ def write_view(out: Path) -> Path:
         If the folder has no ParaView files.
     """
     out = Path(out)
-    collections = sorted(path.name for path in out.glob("study*.pvd") if not path.stem.endswith(BODIES_SUFFIX))
-    if collections:
+    if collections := list_series(out):
         document = read_json(out / "study.json")
         rows = [row for row in document["rows"] if row.get("fe_p_max_MPa") is not None]
         folders = [out / "cases" / str(row["id"]) for row in rows]
@@ -95,10 +94,6 @@ def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders:
             ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
         )
     )
-    bodies = [
-        name.replace(".pvd", f"{BODIES_SUFFIX}.pvd") if name != COLLECTION else BODIES_COLLECTION
-        for name in collections
-    ]
     return f'''"""Show the contact in ParaView: pressure on the rail, and von Mises stress in the lateral cut.
 
 Start ParaView in the folder of this file: `paraview --script=view.py`. The time slider sets the lateral shift.
@@ -108,7 +103,7 @@ Paths are relative to this file, so that you can move the whole folder.
 # collections in the folder of this script; the script shows the first
 FILES = {json.dumps(list(collections))}
 # the bodies of each collection
-BODIES = {json.dumps(bodies)}
+BODIES = {json.dumps([name_bodies(name) for name in collections])}
 # centre of all contact points, in the track frame
 CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
 # size of the view: the largest patch plus the range of the contact points

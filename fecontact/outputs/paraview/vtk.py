@@ -34,8 +34,7 @@ from fecontact.solving.solve import CaseResult
 
 COLLECTION, BODIES_COLLECTION = "case.vtm", "bodies.vtm"
 """Collections of the contact on the rail, and of the bodies."""
-BODIES_SUFFIX = "_bodies"
-"""End of the name of a series of bodies, before `.pvd`."""
+_BODIES_ENDING = "_bodies.pvd"
 _BODIES = (("rail", "rail.vtu"), ("wheel", "wheel.vtu"))
 _CONTACT = (("pressure", "pressure.vtp"), ("elements", "elements.vtp"), ("hertz_ellipse", "hertz_ellipse.vtp"))
 _ALL_FILES = (*_BODIES, *_CONTACT)
@@ -197,8 +196,18 @@ def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> 
         for name in (*_BLOCKS, *(name for _, name in _ALL_FILES)):
             if not (folder / name).is_file():
                 raise InputError(f"{path}: {folder / name} does not exist; write the case before the collection")
-    _write_series(path.with_name(f"{path.stem}{BODIES_SUFFIX}.pvd"), cases, BODIES_COLLECTION)
+    _write_series(path.with_name(name_bodies(path.name)), cases, BODIES_COLLECTION)
     return _write_series(path, cases, COLLECTION)
+
+
+def name_bodies(collection: str) -> str:
+    """Name of the collection of the bodies that belongs to a collection of the contact."""
+    return BODIES_COLLECTION if collection == COLLECTION else collection.removesuffix(".pvd") + _BODIES_ENDING
+
+
+def list_series(out: Path) -> list[str]:
+    """Names of the series of a study, without the series of its bodies."""
+    return sorted(path.name for path in out.glob("study*.pvd") if not path.name.endswith(_BODIES_ENDING))
 
 
 def _write_series(path: Path, cases: Sequence[tuple[float, Path]], collection: str) -> Path:
