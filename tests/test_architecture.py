@@ -333,6 +333,18 @@ def test_data_frames_are_for_comparing_alone():
     assert process.stdout.strip() == "False"
 
 
+def test_hertz_from_python_starts_without_packages_that_it_does_not_call():
+    # they took half of the time of this call
+    unused = ["pandas", "pydantic", "scipy.ndimage", "scipy.stats", "scipy.io", "rich", "cyclopts", "fecontact.maps"]
+    unused += ["vtk", "vtkmodules", "pyvista", "gmsh", "meshio", "matplotlib", "PIL", "skfem", "pyamg", "pypardiso"]
+    show = f"print([name for name in {unused!r} if name in sys.modules])"
+    code = f"import sys, fecontact; fecontact.hertz(fecontact.Case()); {show}"
+    process = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=PACKAGE.parent
+    )
+    assert process.stdout.strip() == "[]"
+
+
 def test_no_folder_hides_a_public_name():
     # a folder that is imported is an attribute of the package, in place of a function of its name
     code = "import fecontact; print(*fecontact.__all__)"

@@ -13,7 +13,6 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation, binary_erosion, label
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Field
@@ -110,6 +109,8 @@ def measure_patch(pressure: Field) -> Patch:
     >>> round(patch.p_max_MPa), round(patch.area_mm2, 1), len(patch.lobes)
     (1000, 3.1, 1)
     """
+    from scipy.ndimage import label
+
     whole_field = pressure.whole()
     x_mm, s_mm, pressures = whole_field.grid.x_mm, whole_field.grid.s_mm, whole_field.values
     force = pressures * whole_field.grid.weights
@@ -376,6 +377,8 @@ def build_signed_square(pressure: Floats, *, without_edge: bool = False) -> Floa
     array (nx + 2, ns + 2)
         p^2 in MPa^2 inside the patch, and negative values around it, with a ring of nodes around the grid.
     """
+    from scipy.ndimage import binary_erosion
+
     margin = 5
     box = tuple(_pressed_range(pressure.any(axis=1 - axis)) for axis in (0, 1))
     square = np.pad(pressure[box] ** 2, margin)
@@ -421,6 +424,8 @@ def _continue_once(squares: Floats, is_valid: NDArray[np.bool_]) -> tuple[Floats
     squares, is_valid
         Values and mask with the new nodes.
     """
+    from scipy.ndimage import binary_dilation
+
     is_next_to_valid = binary_dilation(is_valid) & ~is_valid
     padded, padded_is_valid = np.pad(squares, _CONTINUATION_NODES), np.pad(is_valid, _CONTINUATION_NODES)
     rows, columns = np.nonzero(is_next_to_valid)

@@ -11,7 +11,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
 
 from fecontact.arrays import Floats, find_runs
 from fecontact.contact.grid import ContactGrid, Field, Rung
@@ -403,6 +402,8 @@ def theory_contact_from_rung(rung: Rung) -> TheoryContact:
     TheoryContact
         Contact with a patch for each separate patch of the solved contact.
     """
+    from scipy.ndimage import label
+
     whole_field = rung.pressure.whole()
     patch_numbers, count = label(whole_field.values > 0.0, structure=np.ones((3, 3)))
     fields = [

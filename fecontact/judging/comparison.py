@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.ndimage import zoom
 
 from fecontact.contact.grid import Field, Rung
 from fecontact.contact.patch import Patch, build_signed_square
@@ -101,6 +100,8 @@ def _compute_overlap(pressure: Field, hertz: HertzContact) -> float:
     The signed square of the pressure is interpolated on a refined grid, so that the edge of the patch is resolved
     between nodes.
     """
+    from scipy.ndimage import zoom
+
     squared_pressure = build_signed_square(pressure.values)[1:-1, 1:-1]
     refinement = min(
         _OVERLAP_REFINEMENT, max(_LEAST_REFINEMENT, int(math.sqrt(_OVERLAP_POINTS / squared_pressure.size)))

@@ -15,7 +15,6 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import label
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Rung
@@ -555,6 +554,8 @@ def _read_unmatched_load(rung: Rung, theory: TheoryContact) -> float:
 @lru_cache(maxsize=4)
 def _separate_loads(rung: Rung) -> tuple[list[tuple[float, float]], Floats]:
     """Lateral limits of each separate patch of a contact (mm), and its load (n,)."""
+    from scipy.ndimage import label
+
     field = rung.pressure.whole()
     s_mm, cells_mm = field.grid.s_mm, field.grid.cells_mm
     patch_numbers, count = label(field.values > 0.0, structure=np.ones((3, 3)))

@@ -43,10 +43,15 @@ _DATA = resources.files("fecontact.profiles") / "data"
 
 
 @cache
+def _list_all_names() -> tuple[str, ...]:
+    """Names of all library profiles in alphabetical order; no file is read."""
+    return tuple(sorted(file.name[:-5] for file in _DATA.iterdir() if file.name.endswith(".toml")))
+
+
+@cache
 def _read_library_kinds() -> dict[str, tuple[ProfileKind, str]]:
     """Kind and group of each library profile by its name."""
-    files = sorted(_DATA.iterdir(), key=lambda file: file.name)
-    contents = {file.name[:-5]: tomllib.loads(file.read_text("utf-8")) for file in files if file.name.endswith(".toml")}
+    contents = {name: tomllib.loads((_DATA / f"{name}.toml").read_text("utf-8")) for name in _list_all_names()}
     return {name: (content["kind"], content["group"]) for name, content in contents.items()}
 
 
@@ -63,7 +68,9 @@ def list_names(kind: ProfileKind | None = None) -> tuple[str, ...]:
     tuple of str
         Names in alphabetical order.
     """
-    return tuple(name for name, (its_kind, _) in _read_library_kinds().items() if kind in (None, its_kind))
+    if kind is None:
+        return _list_all_names()
+    return tuple(name for name, (its_kind, _) in _read_library_kinds().items() if its_kind == kind)
 
 
 def list_reference_names(kind: ProfileKind) -> tuple[str, ...]:

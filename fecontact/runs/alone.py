@@ -17,7 +17,6 @@ from fecontact.outputs.alone import INTERPOLATION_ERROR_COLUMNS, equalise_column
 from fecontact.outputs.records.results import hertz_record
 from fecontact.outputs.table_grid import TABLE_AXES
 from fecontact.outputs.theory_alone import check_theory, list_theories, theory_record
-from fecontact.runs.map_lookup import read_map_rows, read_map_yaws_rad
 from fecontact.runs.table_steps import refine_shifts, require_accuracy
 from fecontact.solving.alone import compute_strip_stiffness, evaluate_theory, iterate_table_rows
 from fecontact.solving.hertz_alone import evaluate_hertz
@@ -222,6 +221,9 @@ def _require_yaws_rad(case: Case, yaws_mrad: Sequence[float] | None) -> list[flo
 
 def _read_map_lines(folder: Path, case: Case, yaws_rad: Sequence[float]) -> dict[Line, Mapping[str, str]]:
     """Rows of a stored map by their lines, at the common yaws."""
+    # only a table with a map needs the modules of maps, whose import takes 40 ms
+    from fecontact.runs.map_lookup import read_map_rows, read_map_yaws_rad
+
     table_yaws_mrad = [round(1e3 * yaw_rad, _KEY_DECIMALS) for yaw_rad in yaws_rad]
     common_yaws_rad = [
         yaw_rad for yaw_rad in read_map_yaws_rad(folder) if round(1e3 * yaw_rad, _KEY_DECIMALS) in table_yaws_mrad

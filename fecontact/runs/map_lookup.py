@@ -14,7 +14,6 @@ from fecontact.maps.view import Band, column_width
 from fecontact.maps.yaw_map import describe_missing_yaw, round_yaw
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.records.results import case_inputs
-from fecontact.regression.tables import load_table
 from fecontact.runs.stored_map import list_map_documents, read_map_document
 
 # Inputs of a case that determine the contact. Other inputs determine how it is solved and judged.
@@ -61,6 +60,9 @@ def read_map_rows(folder: Path, case: Case, *, but_for: Sequence[str] = ()) -> l
         raise InputError(
             f"{folder}: this is the map of a different contact ({differences}); give the same inputs, or another map"
         )
+    # its import of pandas takes 0.3 s
+    from fecontact.regression.tables import load_table
+
     rows = list(load_table(folder / "map.csv").rows.to_dict("records"))
     if len(documents) == 1:
         return rows

@@ -6,7 +6,6 @@ The pressure has no finite value at an end or a corner.
 from __future__ import annotations
 
 import numpy as np
-from scipy.ndimage import binary_dilation
 
 from fecontact.arrays import Floats
 from fecontact.contact.grid import Rung
@@ -36,6 +35,8 @@ def check_ends(placement: Placement, rung: Rung, gap_mm: Floats) -> None:
     InputError
         If the contact reaches the end of the profile, a corner, an edge of an irregularity, or a doubtful part.
     """
+    from scipy.ndimage import binary_dilation
+
     grid, is_in_contact = rung.grid, rung.pressure_MPa > 0.0
     _check_irregularity(placement, rung)
     if np.any(binary_dilation(gap_mm >= OPEN_GAP_MM, structure=np.ones((3, 3))) & is_in_contact):
