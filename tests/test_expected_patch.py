@@ -7,13 +7,13 @@ import math
 import re
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from kinked import case_on, kinked_rail
 from rungs import rung_with
 
-from fecontact.case import Case, Track
+from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid, Field
 from fecontact.contact_theories.hertz import HertzContact, hertz_ellipse
 from fecontact.errors import ConvergenceError, FecontactError, InputError
@@ -39,37 +39,6 @@ type = "line"
 from = [-70.0, 0.0]
 to = [{end}, 0.0]
 """
-# two arcs of R 300 that meet under an angle at y = 2 mm
-KINKED = """kind = "rail"
-units = "mm"
-[[surface]]
-type = "arc"
-from = {start}
-to = {joint}
-centre = [0.0, -300.0]
-radius = 300.0
-[[surface]]
-type = "arc"
-from = {joint}
-to = {end}
-centre = {centre}
-radius = 300.0
-"""
-
-
-def arc_point(y: float, centre: tuple[float, float] = (0.0, -300.0)) -> list[float]:
-    return [y, round(centre[1] + math.sqrt(300.0**2 - (y - centre[0]) ** 2), 9)]
-
-
-def kinked_rail(path: Path, kink_rad: float) -> str:
-    """A rail that turns down by an angle at y = 2 mm, or up for a negative angle."""
-    joint = arc_point(2.0)
-    turn = math.asin(2.0 / 300.0) + kink_rad
-    centre = (round(joint[0] - 300.0 * math.sin(turn), 9), round(joint[1] - 300.0 * math.cos(turn), 9))
-    path.write_text(
-        KINKED.format(start=arc_point(-30.0), joint=joint, end=arc_point(30.0, centre), centre=list(centre)), "utf-8"
-    )
-    return str(path)
 
 
 def refused_within_seconds(case: Case, kind: type[FecontactError] = InputError) -> str:
@@ -90,11 +59,6 @@ def test_a_patch_at_the_end_of_a_wheel_s_line(tmp_path, end):
     # b is 5.4 mm: where the line is longer than that there is nothing to say
     wheel.write_text(FLAT.format(end=6.5))
     assert expect_on_half_space(Case(rail="circle:300", wheel=str(wheel), inclination_rad=0.0))
-
-
-def case_on(rail: str) -> Case:
-    track = Track(rail_crown_y_mm=Track().tape_circle_y_mm)
-    return Case(rail=rail, wheel="cylinder:460", inclination_rad=0.0, track=track)
 
 
 def test_a_patch_over_a_corner_of_the_rail(tmp_path):
@@ -140,6 +104,39 @@ def test_a_patch_that_coarse_nodes_end_too_soon_is_not_cut_off():
         expect_on_half_space(replace(case, load_N=load_N))[1].half_space.pressure_MPa.max() for load_N in (38e3, 41e3)
     ]
     assert pressure.max() == pytest.approx(np.mean(peaks), rel=5e-3)
+
+
+@pytest.mark.parametrize("nodes", [32, 48])
+def test_a_light_distant_patch_is_not_cut_off_by_its_band_of_nodes(nodes):
+    """A light patch is solved again in a separate plane, and reaches further there.
+
+    It has 0.15 % of the load, 17 mm away, and reaches 0.1 mm further. Cut off, it had a peak of 357 MPa at its end, and
+    the area of both patches was 28 % too large.
+    """
+    case = Case(rail="55E1", wheel="EN13715_1in40_h32", inclination_rad=0.0, lateral_shift_mm=2.12, load_N=250e3)
+    rung = expect_on_half_space(case, nodes=nodes)[1].half_space
+    bands = rung.grid.bands
+    assert len(bands) == 2
+    first_columns = np.cumsum([0, *(band.s_mm.size for band in bands)])
+    assert not rung.pressure_MPa[:, [*first_columns[:-1], *(first_columns[1:] - 1)]].any()
+    # a single band of equal nodes, 16 on the main patch
+    exact = expect_on_half_space(case, nodes=16)[1].half_space
+    assert len(exact.grid.bands) == 1
+    light_peaks = [float(contact.pressure_MPa[:, contact.grid.s_mm > 5.0].max()) for contact in (rung, exact)]
+    assert light_peaks[0] == pytest.approx(light_peaks[1], rel=0.02)
+    # measured 2 %: the light patch is three nodes long on equal nodes
+    assert read_measures(rung).area_mm2 == pytest.approx(read_measures(exact).area_mm2, rel=0.03)
+
+
+def test_a_narrow_highest_peak_leaves_the_size_of_its_lobe():
+    """The size of a lobe does not follow a single node with the highest pressure."""
+    grid = ContactGrid(x_mm=np.arange(4.0), s_mm=0.1 * np.arange(44), half=True)
+    ridge = np.sqrt(np.maximum(0.0, 4.0 - (grid.s_mm - 2.1) ** 2))
+    ridge[np.flatnonzero(ridge)[1]] = 5.0
+    rung = rung_with(grid, np.outer([1.0, 0.5, 0.0, 0.0], ridge))
+    sizes = measure_lobe_sizes(rung, least_nodes=4)
+    assert sizes.large == [sizes.main]
+    assert sizes.main[1] == pytest.approx(2.0, abs=0.11)
 
 
 @pytest.mark.parametrize("case", THIN_LOBES)

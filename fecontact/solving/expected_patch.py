@@ -55,6 +55,9 @@ _SEPARATION_CELLS = 0.5
 _STEP_FACTORS = (1.02, 1.05)
 FEWEST_NODES = 8.0
 """Number of nodes that remain for lobes if all requested nodes would be too many."""
+# If a grid cuts off the contact, the room around the contact is doubled at most this number of times. Of 600 random
+# positions of the library, two need a second grid and one needs a third.
+_MAX_ROOM_DOUBLINGS = 5
 # A new grid must have less than this fraction of the present grid spacing; if not, it does not have more nodes.
 _LARGEST_SPACING_RATIO = 0.85
 
@@ -200,6 +203,8 @@ def find_expected_patch(
     turn_rad = compute_plane_angles(gap.placement, rung) - _interpolate_plane_angle(gap, rung.grid, previous_rung)
     if np.ptp(turn_rad[rung.pressure_MPa.any(axis=0)]) > _PLANE_TOLERANCE_RAD:
         rung = _solve(gap, rung.grid, load_N, start=rung.pressure, planes=rung, tolerance=tolerance)
+    if _is_cut_off(rung):
+        rung = _solve_on_fitted_grid(gap, rung, load_N, nodes=nodes, most=most, planes=rung, tolerance=tolerance)
     return _make_expected_patch(gap, rung)
 
 
@@ -311,23 +316,35 @@ def _solve_on_fitted_grid(
 ) -> Rung:
     """Solve the contact on a grid that fits a contact on coarser nodes.
 
-    If the contact is cut off by the grid, it is solved again with room for a grid spacing of the coarser nodes. In
-    separate planes the patches press less on each other and reach further: they have this room at once.
+    If the contact is cut off by the grid, then it is solved again with more room, first a grid spacing of the coarser
+    nodes, and then twice the room each time. In separate planes the patches press less on each other and reach further:
+    they have this room at once.
+
+    Raises
+    ------
+    ConvergenceError
+        If the contact is cut off by all of the grids.
     """
-    fitted_rung = rung
-    for room_mm in ((0.0, 0.0), rung.grid.steps_mm)[planes is not None :]:
-        grid = _make_fitted_grid(rung, nodes, room_mm, most=most)
+    spacing_x_mm, widest_cell_mm = rung.grid.steps_mm[0], float(rung.grid.cells_mm.max())
+    rooms = (0.0, *(2.0**doublings for doublings in range(_MAX_ROOM_DOUBLINGS + 1)))
+    for room in rooms[planes is not None :]:
+        grid = _make_fitted_grid(rung, nodes, (room * spacing_x_mm, room * widest_cell_mm), most=most)
         fitted_rung = _solve(true_gap, grid, load_N, start=rung.pressure, planes=planes, tolerance=tolerance)
-        pressure = fitted_rung.pressure_MPa
-        edges = (
-            pressure[:, 0],
-            pressure[:, -1],
-            pressure[-1],
-            pressure[0] if not fitted_rung.grid.half else np.zeros(1),
-        )
-        if not any(edge.any() for edge in edges):
-            break
-    return fitted_rung
+        if not _is_cut_off(fitted_rung):
+            return fitted_rung
+    raise ConvergenceError(
+        f"the contact on a half-space reaches the edge of its nodes on {len(rooms)} grids in turn; try a different load"
+        " or lateral shift"
+    )
+
+
+def _is_cut_off(rung: Rung) -> bool:
+    """Whether a contact has pressure at an edge of a band of its nodes."""
+    pressure, grid = rung.pressure_MPa, rung.grid
+    last_columns = np.cumsum([band.s_mm.size for band in grid.bands]) - 1
+    edge_columns = np.concatenate(([0], last_columns, last_columns[:-1] + 1))
+    edge_rows = [-1] if grid.half else [0, -1]
+    return bool(pressure[:, edge_columns].any() or pressure[edge_rows].any())
 
 
 def _solve(
@@ -450,7 +467,7 @@ def _make_fitted_grid(
     requested_limit, largest_limit = models * (most or MOST_NODES), models * MOST_NODES
     node_count = (x_high_mm - x_low_mm) * (s_high_mm - s_low_mm) / (spacing_x_mm * spacing_s_mm)
     if node_count > _SINGLE_BAND_FRACTION * largest_limit and len(patches := _split_distant_patches(rung)) > 1:
-        banded_grid = _make_grid_in_bands(rung, patches, nodes)
+        banded_grid = _make_grid_in_bands(rung, patches, nodes, room_mm)
         if math.prod(banded_grid.shape) <= requested_limit:
             return banded_grid
     # The smallest lobes have fewer nodes if all nodes would be too many. Large lobes have fewer nodes if that is not
@@ -488,12 +505,15 @@ def _make_fitted_grid(
     )
 
 
-def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> ContactGrid:
+def _make_grid_in_bands(
+    rung: Rung, patches: Sequence[Rung], nodes: int, least_room_mm: tuple[float, float]
+) -> ContactGrid:
     """Grid with a band for each of several distant patches, with nodes for its lobes.
 
     Lobes that are narrower than other lobes by `_LEAST_RESOLVED_FRACTION` have fewer nodes, and patches with little
     load have fewer nodes along x, where all bands have equal rows. Lateral steps are whole multiples of the least step,
-    so that the nodes of all bands lie on an equally spaced line.
+    so that the nodes of all bands lie on an equally spaced line. `least_room_mm` is the least room around each patch
+    along x and across, in mm.
     """
     (x_low_mm, x_high_mm), half, large_width_mm = (
         _find_bounds(rung)[0],
@@ -504,8 +524,9 @@ def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> Cont
     loads = [float(patch.pressure_MPa.sum(axis=0) @ rung.grid.weights) for patch in patches]
     counts = [nodes if load >= SMALL_LOAD_FRACTION * sum(loads) else FEWEST_NODES for load in loads]
     step_x_mm = min(size[0] / count for size, count in zip(followed_lengths_mm, counts, strict=True))
-    first_x_mm = 0.0 if half else x_low_mm - 3.0 * step_x_mm
-    count_x = int(np.ceil((x_high_mm + 3.0 * step_x_mm - first_x_mm) / step_x_mm))
+    room_x_mm = max(3.0 * step_x_mm, least_room_mm[0])
+    first_x_mm = 0.0 if half else x_low_mm - room_x_mm
+    count_x = int(np.ceil((x_high_mm + room_x_mm - first_x_mm) / step_x_mm))
     ends_mm = [_find_bounds(patch)[1] for patch in patches]
     steps_mm = [
         min(max(width_mm, _LEAST_RESOLVED_FRACTION * large_width_mm) / nodes, 0.5 * (high_mm - low_mm) / FEWEST_NODES)
@@ -515,7 +536,8 @@ def _make_grid_in_bands(rung: Rung, patches: Sequence[Rung], nodes: int) -> Cont
     for patch, step_mm, (low_mm, high_mm) in zip(patches, steps_mm, ends_mm, strict=True):
         band_step_mm = least_step_mm * math.floor(step_mm / least_step_mm * (1.0 + 1e-9))
         # The contact may begin where a coarser node was free.
-        room_mm = max(_RIM_NODES * band_step_mm, float(patch.grid.cells_mm[patch.pressure_MPa.any(axis=0)].max()))
+        widest_cell_mm = float(patch.grid.cells_mm[patch.pressure_MPa.any(axis=0)].max())
+        room_mm = max(_RIM_NODES * band_step_mm, widest_cell_mm, least_room_mm[1])
         first_mm = band_step_mm * math.floor((low_mm - room_mm) / band_step_mm)
         bands_mm.append(
             np.asarray(

@@ -103,7 +103,7 @@ class LobeSizes:
 class _Lobe:
     """Lobe of a contact.
 
-    Half length along x and smaller half width across (mm), height as a fraction of the highest peak, and load fraction
+    Half length along x and smaller half width across (mm), height as a fraction of the highest lobe, and load fraction
     (-).
     """
 
@@ -149,7 +149,7 @@ def _find_lobes(rung: Rung, valley_depth: float, least_nodes: int) -> list[_Lobe
     pressure, spacing_x_mm, cells_mm = rung.pressure_MPa, rung.grid.steps_mm[0], rung.grid.cells_mm
     ridge = np.concatenate(([0.0], pressure.max(axis=0), [0.0]))
     line_load = np.concatenate(([0.0], pressure.sum(axis=0) * rung.grid.weights, [0.0]))
-    highest, load = float(ridge.max()), float(line_load.sum())
+    load = float(line_load.sum())
     peaks, _ = find_ridge_peaks(ridge, valley_depth)
     ends = _find_ends(ridge, peaks)
     wide = [
@@ -160,6 +160,8 @@ def _find_lobes(rung: Rung, valley_depth: float, least_nodes: int) -> list[_Lobe
     if 0 < len(wide) < len(peaks):
         peaks = peaks[wide]
         ends = _find_ends(ridge, peaks)
+    # A peak that was left out may be the highest: heights are relative to the lobes that remain.
+    highest = float(ridge[peaks].max())
     lobes = []
     for peak, (left, right) in zip(peaks, ends, strict=True):
         rows = np.flatnonzero(pressure[:, peak - 1])
