@@ -42,6 +42,11 @@ page.onload = () => {{
       image.alt, image.naturalWidth, image.getBoundingClientRect().right, full(image)]),
     requests: page.contentWindow.performance.getEntriesByType("resource").map(one => one.name)
       .filter(name => !name.startsWith("data:")),
+    tables: [...inside.querySelectorAll("main > .scroll > table")].map(
+      table => [table.offsetWidth, table.parentElement.offsetWidth]),
+    blocks: [...inside.querySelectorAll("main > :is(header, p, ul, dl, h2, h3, figure, .scroll), main > figure img")]
+      .filter(block => block.checkVisibility() && !block.matches(".small"))
+      .map(block => [block.tagName, block.offsetWidth]),
     cells: cells.map(cell => [cell.textContent, cell.offsetWidth, parseFloat(getComputedStyle(cell).fontSize)]),
     folded: [...inside.querySelectorAll("details")].map(one => [one.querySelector("summary").textContent, one.open]),
   }});
@@ -200,8 +205,10 @@ def assert_readable(page: Path, tmp_path: Path, *, widths: tuple[int, ...] = (40
         # the favicon of the frame is the browser's own wish
         assert set(pages["asked"]) <= {"/frame.html", f"/{page.name}", "/favicon.ico"}
         assert pages["width"] == width
-        # nothing sticks out
+        # nothing sticks out, and texts, tables and pictures have one width
         assert pages["content_width"] <= width
+        assert len({block_width for _, block_width in pages["blocks"]}) == 1, pages["blocks"]
+        assert all(table >= frame for table, frame in pages["tables"])
         for words, size, right, full in pages["pictures"]:
             assert size > 100, words
             # the picture itself, not only its frame

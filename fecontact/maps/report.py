@@ -41,7 +41,7 @@ from fecontact.outputs.report_words import answer_words, lead_style, question_te
 from fecontact.outputs.study_report import REPORT_FILE, closing_parts
 from fecontact.outputs.style import encode_webp, render_image, render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord, TableRow, make_columns, make_table, number_column, text_column
-from fecontact.outputs.verdict_words import cheapest_words, verdict_reason
+from fecontact.outputs.verdict_words import cheapest_words, utilisation_text, verdict_reason
 from fecontact.placement.wheel_on_rail import Placement
 
 DEFAULT_TEXT_WIDTH = 120
@@ -110,9 +110,12 @@ def write_map_report(
     pair = pair_words(case, " and ")
     page = _MapPage.build_page(applicability_map, theory, pictures or {})
     parts: list[Part] = [
-        Heading(f"Applicability map: {pair}", 1),
-        Lead(" ".join(write_map_answer(applicability_map, "pressure")), lead_style(page.verdicts)),
-        f"{answer_words(page.verdicts, 'cells')}.",
+        Lead(
+            answer_words(page.verdicts, "cells"),
+            lead_style(page.verdicts),
+            f"{pair}; {_describe_cells([applicability_map])}",
+        ),
+        " ".join(write_map_answer(applicability_map, "pressure")),
         question_text(pair, case.criteria),
         _describe_wheel(case),
         *page.build_parts(count_fitting_pictures(page.map_pictures, len(page.cells))),
@@ -162,9 +165,12 @@ def write_yaw_report(
     picture_count = count_fitting_pictures(map_pictures, len(verdicts)) // len(pages)
     changes = write_yaw_answer(YawMap(maps=tuple(maps)), "pressure")
     parts: list[Part] = [
-        Heading(f"Applicability maps at yaw {join_yaws(yaw_map.yaws_mrad)}: {pair}", 1),
-        Lead(" ".join(changes or write_map_answer(maps[0], "pressure")), lead_style(verdicts)),
-        f"{answer_words(verdicts, 'cells')}.",
+        Lead(
+            answer_words(verdicts, "cells"),
+            lead_style(verdicts),
+            f"{pair}; {_describe_cells(maps)}, yaw {join_yaws(yaw_map.yaws_mrad)}",
+        ),
+        " ".join(changes or write_map_answer(maps[0], "pressure")),
         question_text(pair, yaw_map.case.criteria),
         Heading("Verdicts that change with the yaw"),
         _build_changes_table(maps),
@@ -181,6 +187,13 @@ def write_yaw_report(
         ]
     parts += _close_report(maps)
     return write_text(out / REPORT_FILE, render_page(f"Where Hertz holds at each yaw: {pair}", parts))
+
+
+def _describe_cells(maps: Sequence[ApplicabilityMap]) -> str:
+    """Text for the range of shifts and loads of maps."""
+    cells = [cell for single_map in maps for cell in single_map.cells]
+    shifts, loads = [cell.lateral_shift_mm for cell in cells], [cell.load_N / 1e3 for cell in cells]
+    return f"shifts {min(shifts):+z.2f} to {max(shifts):+z.2f} mm, loads {min(loads):g} to {max(loads):g} kN"
 
 
 def _close_report(maps: Sequence[ApplicabilityMap]) -> list[Part]:
@@ -565,7 +578,7 @@ def _describe_load(record: TableRecord) -> list[str]:
     """Table cells of a solved cell by its record."""
     unknowns = str(sum(record["solver"]["degrees_of_freedom"].values()))
     utilisation = record["verdict"]["limit_utilisation"]
-    return [f"{utilisation:.2f}", verdict_reason(record), unknowns, cheapest_words(record)]
+    return [utilisation_text(utilisation), verdict_reason(record), unknowns, cheapest_words(record)]
 
 
 _ANSWERS_WITHOUT_THEORY = {

@@ -28,7 +28,7 @@ from fecontact.outputs.tables import (
     text_column,
 )
 from fecontact.outputs.theory_records import judged_theories
-from fecontact.outputs.verdict_words import cheapest_words, deciding_measure_text, theory_words
+from fecontact.outputs.verdict_words import cheapest_words, deciding_measure_text, theory_words, utilisation_text
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
 # --- Tables about theories of the pressure, for the terminal and reports.
@@ -135,7 +135,7 @@ _EFFORT_COLUMNS = (
 _PEAKS = (
     number_column("peak FE MPa", "fe_p_max_MPa", "{:.0f}"),
     number_column("peak Hertz MPa", "hertz_p_max_MPa", "{:.0f}"),
-    number_column("limit utilisation", "verdict_limit_utilisation", "{:.2f}"),
+    text_column("limit utilisation", lambda row: utilisation_text(row.get("verdict_limit_utilisation")), "number"),
 )
 
 
@@ -326,7 +326,11 @@ _THEORY_COLUMNS = (
     text_column("theory", lambda theory: THEORIES[theory["name"]].words),
     number_column("p_max\ndev %", lambda theory: theory["deviation"].get("p_max_MPa"), "{:+z.1f}", 1e2, none=""),
     number_column("area\ndev %", lambda theory: theory["deviation"].get("area_mm2"), "{:+z.1f}", 1e2, none=""),
-    number_column("limit\nutilisation", "limit_utilisation", "{:.2f}", none=""),
+    text_column(
+        "limit\nutilisation",
+        lambda theory: "" if theory.get("problem") else utilisation_text(theory["limit_utilisation"]),
+        "number",
+    ),
     text_column(
         "deciding measure",
         lambda theory: theory.get("problem") or MEASURE_WORDS[theory["verdict"]["measure"]].name,

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Heading:
-    """Heading; a page has a single heading of level 1.
+    """Heading of a section; the headline of a page is its `Lead`.
 
     Attributes
     ----------
     text
         Text of the heading.
     level
-        Level from 1.
+        Level from 2.
     """
 
     text: str
@@ -32,7 +32,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Lead:
-    """Answer of a document, with its style on a page.
+    """Answer of a document: the headline of its page.
 
     Attributes
     ----------
@@ -40,10 +40,13 @@ class Lead:
         The answer.
     style
         Classes of the style sheet, such as `lead holds`.
+    subject
+        Judged inputs, in small letters below the answer; empty if the text has them.
     """
 
     text: str
     style: str = "lead"
+    subject: str = ""
 
 
 @dataclass(frozen=True)

@@ -39,10 +39,11 @@ from fecontact.outputs.style import render_page, render_svg
 from fecontact.outputs.tables import Table, TableRecord
 from fecontact.outputs.verdict_words import (
     AGAINST_YIELDING_BODIES,
-    answer_sentence,
     cheapest_text_of_row,
     deciding_measure_text,
+    describe_verdict,
     elastic_words,
+    utilisation_text,
 )
 from fecontact.placement.wheel_on_rail import Placement
 
@@ -126,7 +127,7 @@ def write_study_report(
     criteria
         Common criteria of all rows; None if there are several sets.
     conclusion
-        Conclusion of the study; None for the numbers of verdicts.
+        Conclusion of the study, below the numbers of verdicts; None without a conclusion.
     pictures
         Text that names the place of the pictures that the report leaves out.
 
@@ -142,9 +143,8 @@ def write_study_report(
     pair = "; ".join(pairs[:4]) + ("; ..." if len(pairs) > 4 else "")
     title = _report_title(name, rows)
     parts: list[Part] = [
-        Heading(title, 1),
-        Lead(conclusion or _answer_text(cases), lead_style(verdicts)),
-        f"{name}: {_answer_text(cases)}." if conclusion else f"Study {name}." if title != name else "",
+        Lead(_answer_text(cases), lead_style(verdicts), title if title == name else f"{title}; study {name}"),
+        conclusion or "",
         question_text(pair, criteria, roll_words_of_rows(rows)),
         Heading("Verdicts"),
         verdict_table(cases),
@@ -217,7 +217,7 @@ def _answer_text(cases: Sequence[ReportedCase]) -> str:
     if not is_usable_status(row) or "verdict" not in record:
         return f"Hertz {verdict_of(row)}: {deciding_measure_text(row, {})}"
     elastic = record["elastic_verdict"]
-    return answer_sentence(record) + (f"; {elastic_words(elastic['answer'])}" if elastic is not None else "")
+    return describe_verdict(record) + (f"; {elastic_words(elastic['answer'])}" if elastic is not None else "")
 
 
 def _pair_parts(shown: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Part]:
@@ -235,8 +235,8 @@ def _drawn_case_text(row: RowMapping, rows: Sequence[RowMapping]) -> str:
     )
     if sum(is_usable_status(other_row) for other_row in rows) < 2:
         return place_text
-    limit_utilisation = row.get("verdict_limit_utilisation")
-    utilisation_part = "" if limit_utilisation is None else f" ({float(limit_utilisation):.2f})"
+    utilisation = row.get("verdict_limit_utilisation")
+    utilisation_part = "" if utilisation is None else f" ({utilisation_text(float(utilisation))})"
     return f"{place_text}, the case with the largest limit utilisation{utilisation_part}"
 
 

@@ -72,8 +72,10 @@ def print_parts(parts: Iterable[Part], console: Console | None = None, *, long: 
                 print_parts(part.parts if long else (), console, long=long)
             case Items():
                 print_parts(note_lines(part.lines), console)
-            case Heading() | Lead():
+            case Heading():
                 _print_line(console, part.text)
+            case Lead():
+                _print_line(console, "; ".join(filter(None, (part.text, part.subject))))
             case Terms() | Picture() | "":
                 pass
             case str():

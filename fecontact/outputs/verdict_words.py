@@ -13,6 +13,7 @@ from fecontact.judging.lines import FILTER_LABEL
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.records.asked import elastic_record, requested_record
+from fecontact.outputs.tables import is_missing, number_text
 from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
 
@@ -225,6 +226,51 @@ def answer_sentence(record: Record) -> str:
     """
     reference = "" if record["plastic"] is None else f" {AGAINST_YIELDING_BODIES}"
     return f"Hertz {record['verdict']['answer']}{reference}; {deciding_text(requested_record(record))}"
+
+
+def describe_verdict(record: Record) -> str:
+    """Requested verdict on Hertz with the physical meaning of its deciding measure, and its cause.
+
+    Parameters
+    ----------
+    record
+        Record of a load.
+
+    Returns
+    -------
+    str
+        Headline of a report. The answer with its numbers (`answer_sentence`) if no measure alone explains the verdict.
+    """
+    converted_record = requested_record(record)
+    verdict, judgement = converted_record["verdict"], deciding_hertz(converted_record)
+    measure, answer = verdict["measure"], verdict["answer"]
+    deviation, uncertainty = (judgement[quantity].get(measure) for quantity in ("deviation", "uncertainty"))
+    is_explained = answer != "FAILS" or verdict["each"][measure] == "FAILS"
+    if not is_usable_status(record) or not is_explained or is_missing(deviation) or is_missing(uncertainty):
+        return answer_sentence(record)
+    reference = "" if record["plastic"] is None else f" {AGAINST_YIELDING_BODIES}"
+    meaning = MEASURE_WORDS[measure].describe_deviation(deviation, uncertainty, verdict["limits"][measure])
+    cause = f"; cause: {verdict['cause']}" if verdict["cause"] else ""
+    variants = f"; it {variant_share_text(verdict['variant_answers'])}" if verdict["variant_answers"] else ""
+    return f"Hertz {answer}{reference}: {meaning}{cause}{variants}"
+
+
+def utilisation_text(utilisation: float | None) -> str:
+    """Text for a limit utilisation in a report.
+
+    A value above 1 has no meaning in physics, so the deciding measure with its limit takes its place.
+
+    Parameters
+    ----------
+    utilisation
+        Deviation divided by its limit; None if it is missing.
+
+    Returns
+    -------
+    str
+        The number up to 1, otherwise "above 1", or a dash.
+    """
+    return "above 1" if utilisation is not None and utilisation > 1.0 else number_text(utilisation, "{:.2f}")
 
 
 def theory_words(name: str | None, status: str | None = "", reason: str | None = "") -> str:

@@ -32,6 +32,8 @@ class MeasureWords:
         Whether the deviation of Hertz can be positive or negative.
     rank
         Measures of the lowest rank are left out first if a table has no room. Rank 0 always stays.
+    excess, deficit
+        Physical meaning of a positive and of a negative deviation, with the placeholders `{name}` and `{size}`.
     """
 
     short: str
@@ -42,6 +44,8 @@ class MeasureWords:
     off_unit: str = "%"
     signed: bool = True
     rank: int = 0
+    excess: str = "{name} too large by {size}"
+    deficit: str = "{name} too small by {size}"
 
     @property
     def title(self) -> str:
@@ -81,6 +85,24 @@ class MeasureWords:
     def limit_text(self, value: float) -> str:
         """Text for a limit with its unit."""
         return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
+
+    def describe_deviation(self, deviation: float, uncertainty: float, limit: float) -> str:
+        """Physical meaning of a deviation, with its uncertainty and its limit.
+
+        Parameters
+        ----------
+        deviation, uncertainty, limit
+            Relative values.
+
+        Returns
+        -------
+        str
+            Text such as "separate patches carry 8.00 ± 0.50 % of the load (limit 0.1 %)".
+        """
+        unit = "half-widths" if self.off_unit == "b" else self.off_unit
+        size = f"{self.factor * abs(deviation):.{self.digits}f} ± {self.factor * uncertainty:.{self.digits}f} {unit}"
+        meaning = (self.deficit if deviation < 0.0 else self.excess).format(name=self.name, size=size)
+        return f"{meaning} (limit {self.factor * limit:.12g} {unit})"
 
 
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))

@@ -4,6 +4,7 @@ import csv
 import math
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pyarrow.parquet
@@ -215,7 +216,14 @@ def test_report_has_its_parts_and_files(fleet, sampled):
     answer = replace(answer, worst=answer.worst[:3])
     page = write_report(answer, fleet.folder, fleet.case)
     text = page.read_text("utf-8")
-    assert write_headline(answer) in text
+    page_root = ElementTree.fromstring(text.removeprefix("<!DOCTYPE html>\n"))
+    (headline,) = ("".join(heading.itertext()) for heading in page_root.iter("h1"))
+    subject = next("".join(line.itertext()) for line in page_root.iter("p") if line.get("class") == "subject")
+    assert headline.startswith("Hertz holds in ")
+    assert (
+        f"{headline}; {subject}"
+        == f"{headline}; Fleet {fleet.folder.name}; {write_headline(answer)[len(headline) + 2 :]}."
+    )
     assert text.count("<img") == 2 + len(answer.worst)
     for name in ("map.png", "map.svg", "groups.png", "cells.csv", "strata.csv", "worst.csv", "causes.csv"):
         assert (fleet.folder / "report" / name).is_file()

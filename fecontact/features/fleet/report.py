@@ -134,11 +134,38 @@ def write_headline(answer: FleetAnswer) -> str:
         Shares of the contacts at which Hertz holds, is unresolved or could not be solved, share of positions that are
         not contacts, and share of unreadable files.
     """
+    return "; ".join(filter(None, (_describe_shares(answer), _describe_left_out(answer))))
+
+
+def _describe_shares(answer: FleetAnswer) -> str:
+    """Shares of the contacts at which Hertz holds, is unresolved or could not be solved."""
     population, screen = answer.whole, answer.whole.screen
-    unscreened, pairs = (answer.about.get(name, 0) for name in ("unscreened_pairs", "pairs"))
-    if unscreened == pairs != 0 and not population.drawn:
-        text = describe_unscreened(unscreened, pairs)
+    if _has_no_screened_pair(answer):
+        text = describe_unscreened(answer.about["unscreened_pairs"], answer.about["pairs"])
         return f"{text[0].upper()}{text[1:]}"
+    if not population.drawn:
+        return (
+            f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
+            f" {format_percent(screen['fails'])} %; {format_percent(screen['open'])} % are unresolved and"
+            f" {format_percent(screen['refused'])} % {_UNSOLVED_TEXT}"
+        )
+    return (
+        f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions;"
+        f" {format_interval(population.share(OPEN))} are unresolved and {format_interval(population.share(UNSOLVED))}"
+        f" {_UNSOLVED_TEXT}"
+    )
+
+
+def _has_no_screened_pair(answer: FleetAnswer) -> bool:
+    unscreened, pairs = (answer.about.get(name, 0) for name in ("unscreened_pairs", "pairs"))
+    return unscreened == pairs != 0 and not answer.whole.drawn
+
+
+def _describe_left_out(answer: FleetAnswer) -> str:
+    """Positions, files and pairs that the shares leave out; empty if no pair was screened."""
+    if _has_no_screened_pair(answer):
+        return ""
+    population, unscreened = answer.whole, answer.about.get("unscreened_pairs", 0)
     refused_files = sum(row["files"] for row in answer.files if row["status"] not in (READ, SUSPICIOUS))
     suspicious_files = sum(row["files"] for row in answer.files if row["status"] == SUSPICIOUS)
     files = (
@@ -150,23 +177,13 @@ def write_headline(answer: FleetAnswer) -> str:
             f" {format_percent(answer.about.get('suspicious_share', 0.0))} % of the pairs, by weight, are left out"
         )
     if unscreened:
-        files += f"; {describe_unscreened(unscreened, pairs)}"
+        files += f"; {describe_unscreened(unscreened, answer.about['pairs'])}"
     if population.no_contact:
         files = (
             f"in {format_percent(population.no_contact)} % of all positions the wheel cannot stand on the rail: they"
             f" are not contacts and are left out; {files}"
         )
-    if not population.drawn:
-        return (
-            f"By the screen alone, Hertz holds in {format_percent(screen['holds'])} % of the positions and fails in"
-            f" {format_percent(screen['fails'])} %; {format_percent(screen['open'])} % are unresolved and"
-            f" {format_percent(screen['refused'])} % {_UNSOLVED_TEXT}; {files}"
-        )
-    return (
-        f"Hertz holds in {format_interval(population.share(HOLDS))} of the positions;"
-        f" {format_interval(population.share(OPEN))} are unresolved and {format_interval(population.share(UNSOLVED))}"
-        f" {_UNSOLVED_TEXT}; {files}"
-    )
+    return files
 
 
 def explain_answer(answer: FleetAnswer) -> Iterator[str]:
@@ -260,8 +277,7 @@ def write_report(
         files += [picture, picture.with_suffix(".svg")]
     sections: list[Part] = list(_draw_worst_sections(answer.worst, case_of)) if case_of else []
     parts: list[Part] = [
-        Heading(f"Fleet {folder.resolve().name}", 1),
-        *make_report_parts(answer, report_folder),
+        *make_report_parts(answer, report_folder, f"Fleet {folder.resolve().name}"),
         *suspicious,
         *([Heading("Cross-sections of the worst pairs"), *sections] if sections else []),
         *closing_parts((row["value"] for row in answer.theories if row["value"] in THEORIES), laws=False),
@@ -290,7 +306,7 @@ def make_answer_rows(answer: FleetAnswer) -> list[Record]:
     ]
 
 
-def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
+def make_report_parts(answer: FleetAnswer, pictures: Path, name: str = "") -> Iterator[Part]:
     """Yield the parts of the report for the terminal and the page.
 
     Parameters
@@ -299,13 +315,16 @@ def make_report_parts(answer: FleetAnswer, pictures: Path) -> Iterator[Part]:
         Answer for a fleet.
     pictures
         Folder of the pictures.
+    name
+        Name of the fleet for the page; empty for the terminal.
 
     Returns
     -------
     iterator
         Sentences, headings, pictures and tables.
     """
-    yield Lead(f"{write_headline(answer)}.")
+    left_out = _describe_left_out(answer)
+    yield Lead(_describe_shares(answer), subject="; ".join(filter(None, (name, left_out and f"{left_out}."))))
     yield from explain_answer(answer)
     yield Heading("Shifts and loads at which Hertz holds")
     yield Picture(content=pictures / "map.svg", words="Share of the pairs, by weight, for which Hertz holds (screen).")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fecontact.files import write_json, write_text
-from fecontact.outputs.parts import Details, Heading, Items, Lead, Part
+from fecontact.outputs.parts import Details, Items, Lead, Part
 from fecontact.outputs.style import render_page
 
 if TYPE_CHECKING:
@@ -81,8 +81,7 @@ def comparison_html(comparison: TableComparison) -> str:
         "Versions": version_table(comparison),
     }
     parts: list[Part] = [
-        Heading("Comparison of results", 1),
-        Lead(comparison.verdict, "same" if comparison.same else "different"),
+        Lead(comparison.verdict, f"lead {'same' if comparison.same else 'different'}", "Comparison of results"),
         Items(list(head_lines(comparison))),
         *verdict_lines(comparison),
         value_table("Columns, the worst first", COLUMN_TABLE_COLUMNS, changed, comparison),
