@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from fecontact import plot
     from fecontact.bodies import BodySize, Material, Track
     from fecontact.case import Case, Opposite
-    from fecontact.criteria import Creep, Criteria
+    from fecontact.criteria import ContactField, Creep, Criteria, OwnCriterion
     from fecontact.features.creep.running import creep as creep
     from fecontact.features.curves.conditions import Conditions as Conditions
     from fecontact.features.curves.running import curve as curve
@@ -105,11 +105,13 @@ __all__ = [
     "BodySize",
     "Case",
     "CaseResult",
+    "ContactField",
     "Creep",
     "Criteria",
     "Irregularity",
     "Material",
     "Opposite",
+    "OwnCriterion",
     "Reading",
     "Track",
     "__version__",
@@ -139,11 +141,13 @@ _HOMES = {
     "BodySize": "bodies.BodySize",
     "Case": "case.Case",
     "CaseResult": "solving.solve.CaseResult",
+    "ContactField": "criteria.ContactField",
     "Creep": "criteria.Creep",
     "Criteria": "criteria.Criteria",
     "Irregularity": "placement.irregularity.Irregularity",
     "Material": "bodies.Material",
     "Opposite": "case.Opposite",
+    "OwnCriterion": "criteria.OwnCriterion",
     "Reading": "profiles.reading.Reading",
     "Track": "bodies.Track",
     "geometry": "solving.wheelset_geometry.geometry",

@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 from fecontact.bodies import ROLLING_RADIUS_MM, STEEL, Material, TrackSide, combine_moduli_MPa
 from fecontact.bodies import BodySize as BodySize
 from fecontact.bodies import Track as Track
-from fecontact.criteria import Creep
+from fecontact.criteria import Creep, restore_criterion
 from fecontact.criteria import Criteria as Criteria
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import (
@@ -584,7 +584,7 @@ def make_case_record(case: Case) -> dict[str, Any]:
     """Record of all inputs of a case, for a file.
 
     Either `resolution` or `element_size_mm` (along x, across) is None. Settings for reading the profile files are
-    included if they differ from the defaults, and irregularities if there are any.
+    included if they differ from the defaults, and irregularities and criteria of a user if there are any.
 
     Parameters
     ----------
@@ -604,6 +604,9 @@ def make_case_record(case: Case) -> dict[str, Any]:
         if name in _IRREGULAR and not value:
             continue
         record[name] = value
+        if name == "criteria":
+            own_records = {} if case.criteria.own is None else {"own": case.criteria.own_records}
+            record[name] = {key: inner for key, inner in value.items() if key != "own"} | own_records
         if name == "opposite":
             record[name] = {key: inner for key, inner in value.items() if key not in _FILES or inner is not None}
         if name == "resolution":
@@ -644,6 +647,9 @@ def read_case_record(record: Mapping[str, Any]) -> Case:
         if isinstance(opposite := inputs.get("opposite"), Mapping):
             readings = {name: Reading(**opposite[name]) for name in _FILES if opposite.get(name) is not None}
             inputs["opposite"] = {**opposite, **readings}
+        if isinstance(criteria := inputs.get("criteria"), Mapping) and criteria.get("own"):
+            own_criteria = tuple(restore_criterion(own_record) for own_record in criteria["own"])
+            inputs["criteria"] = {**criteria, "own": own_criteria}
         for name in PARTS.keys() & inputs:
             inputs[name] = PARTS[name](**inputs[name])
         for name in _IRREGULAR[:2]:

@@ -277,10 +277,27 @@ class TheoryContact:
         rung_pressure_MPa, theory_pressure_MPa (nx, ns), weights (ns,)
             Both pressures on nodes that cover both contacts, and the weights of the nodes.
         """
+        covering_field = self.extend_pressure(rung, moved_mm)
+        return covering_field.values, self.on(covering_field.grid, moved_mm), covering_field.grid.weights
+
+    def extend_pressure(self, rung: Rung, moved_mm: tuple[float, float] = (0.0, 0.0)) -> Field:
+        """Pressure of a solved contact on nodes that cover these patches too.
+
+        Parameters
+        ----------
+        rung
+            Solved contact.
+        moved_mm
+            Shift (x, s) of the patches.
+
+        Returns
+        -------
+        Field
+            Pressure in MPa of the whole contact, zero on the added nodes.
+        """
         low, high = self.box_mm
         lengths = (2.0 * (max(abs(low[axis]), abs(high[axis])) + abs(moved_mm[axis])) for axis in (0, 1))
-        covering_field = rung.pressure.covering(*lengths)
-        return covering_field.values, self.on(covering_field.grid, moved_mm), covering_field.grid.weights
+        return rung.pressure.covering(*lengths)
 
 
 def _covered_nodes(grid: ContactGrid, patch: TheoryPatch, moved_mm: tuple[float, float]) -> tuple[slice, slice]:

@@ -17,6 +17,7 @@ from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
 from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_values
 from fecontact.judging.notes import iterate_warnings
+from fecontact.judging.own_measures import OwnMeasures
 from fecontact.judging.reference_check import REFERENCE_LIMIT, compute_reference_error
 from fecontact.judging.solution_faults import describe_solution_faults
 from fecontact.judging.solved_load import (
@@ -64,19 +65,22 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         Judgements, ladder, lobes, readings and warnings.
     """
     case, finest, contact_point = solved_load.case, solved_load.levels[0], placement.first
-    hertz_judgements = judge_hertz(case, solved_load.levels, placement, solved_load.lines)
+    own_measures = OwnMeasures.read_criteria(case, placement)
+    hertz_judgements = judge_hertz(case, solved_load.levels, placement, solved_load.lines, own_measures=own_measures)
     elements_judgement = select_worst_judgement(
-        judge_hertz(case, solved_load.levels, placement, solved_load.lines, by="elements")
+        judge_hertz(case, solved_load.levels, placement, solved_load.lines, by="elements", own_measures=own_measures)
     )
     hertz = hertz_judgements[HERTZ].hertz
     comparison = compare(finest.fe, hertz)
-    ladder = Ladder.of(hertz, solved_load.rungs)
+    ladder = Ladder.of(hertz, solved_load.rungs, own_measures)
     geometry = measure_patch_geometry(placement, finest.fe, hertz, comparison.patch)
     worst = find_worst_verdict(hertz_judgements)
     status = _status(solved_load, ladder, placement, {worst.answer, elements_judgement.verdict.answer})
     is_usable = status == CONVERGED
     other_names = [name for name in theories if name not in HERTZ_OF_EACH_SIDE]
-    theory_judgements, reasons = judge_theories(other_names, solved_load, placement, usable=is_usable)
+    theory_judgements, reasons = judge_theories(
+        other_names, solved_load, placement, usable=is_usable, own_measures=own_measures
+    )
     cause: str | None = None
     if _needs_cause(hertz_judgements, worst, case):
         cause = JUNCTION_CAUSE if contact_point.at_junction else find_cause(ladder.steps, worst.measure, geometry)
@@ -89,7 +93,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         cause = ELEMENTS_CAUSE
     elastic_verdict = replace(worst, cause=cause).usable(is_usable or is_certain)
     plastic_verdict = judge_plastic(
-        solved_load, hertz_judgements, ladder, geometry, at_junction=contact_point.at_junction
+        solved_load, hertz_judgements, ladder, geometry, own_measures, at_junction=contact_point.at_junction
     )
     load = JudgedLoad(
         solved=solved_load,
@@ -154,7 +158,7 @@ def _needs_cause(judgements: Mapping[str, Judgement], worst: Verdict, case: Case
     """
     limit = case.criteria.limits[worst.measure]
     return worst.answer != "HOLDS" and any(
-        abs(judgement.deviation[worst.measure]) > limit for judgement in judgements.values()
+        abs(judgement.deviation.get(worst.measure, 0.0)) > limit for judgement in judgements.values()
     )
 
 

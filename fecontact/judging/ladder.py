@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from fecontact.contact.grid import Rung
+from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.judging.measures import (
     MEASURES,
     MISFITS,
     Measures,
     Misfit,
+    is_relative,
     read_hertz_measures,
     read_hertz_misfit,
     read_measures,
 )
+from fecontact.judging.own_measures import NO_OWN_MEASURES, OwnMeasures
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,13 +88,20 @@ class Ladder:
         Measures of each rung, by its name.
     misfits
         Misfit of each rung relative to Hertz's ellipse, by its name; `hertz` has no entry.
+    own_values, own_deviations
+        Values of a user's measures on each rung, and Hertz's deviations from the rung, by its name; `hertz` has no
+        entry.
     """
 
     rungs: Mapping[str, Measures]
     misfits: Mapping[str, Misfit]
+    own_values: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    own_deviations: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, hertz: HertzContact, rungs: Sequence[tuple[str, Rung]]) -> Ladder:
+    def of(
+        cls, hertz: HertzContact, rungs: Sequence[tuple[str, Rung]], own_measures: OwnMeasures = NO_OWN_MEASURES
+    ) -> Ladder:
         """Read the measures of all rungs of a load.
 
         Parameters
@@ -99,6 +110,8 @@ class Ladder:
             Hertz's ellipse under the normal force of the rungs.
         rungs
             Name and contact of each rung above Hertz, in the order of the ladder.
+        own_measures
+            Criteria of a user at this position.
 
         Returns
         -------
@@ -108,6 +121,10 @@ class Ladder:
         return cls(
             rungs={"hertz": read_hertz_measures(hertz), **{name: read_measures(rung) for name, rung in rungs}},
             misfits={name: read_hertz_misfit(rung, hertz) for name, rung in rungs},
+            own_values={name: own_measures.read_values(rung) for name, rung in rungs},
+            own_deviations={
+                name: own_measures.compute_deviations(rung, TheoryContact.of(hertz)) for name, rung in rungs
+            },
         )
 
     @property
@@ -124,6 +141,23 @@ class Ladder:
         return {
             step.name: {measure: rungs[step.end][measure] / rungs[step.start][measure] - 1.0 for measure in MEASURES}
             | {measure: misfits[step.end][measure] - misfits[step.start][measure] for measure in MISFITS}
+            | {
+                measure: _compute_own_step(
+                    measure, self.own_deviations.get(step.start, {}).get(measure, 0.0), deviation
+                )
+                for measure, deviation in self.own_deviations.get(step.end, {}).items()
+            }
             for step in LADDER_STEPS
             if step.end in rungs
         }
+
+
+def _compute_own_step(measure: str, start: float, end: float) -> float:
+    """Change of a user's measure by a step of the ladder.
+
+    `start` and `end` are the deviations of Hertz from both rungs. The rungs have different nodes, and a deviation
+    compares values on equal nodes.
+    """
+    if not is_relative(measure):
+        return start - end
+    return (1.0 + start) / (1.0 + end) - 1.0 if end != -1.0 else math.nan

@@ -11,13 +11,14 @@ variant only, the variant is judged by its contact on the half-space.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.judging.measures import MEASURES
+from fecontact.criteria import is_own
+from fecontact.judging.measures import is_relative
 
 Deviations = Mapping[str, float]
 _NO_DEVIATIONS: Deviations = {}
@@ -228,7 +229,7 @@ class VariantShifts:
         shift = self.by_line[label]
         return {
             name: (1.0 + value) * shift.get(name, math.nan) - 1.0
-            if name in MEASURES
+            if is_relative(name)
             else value + shift.get(name, math.nan)
             for name, value in deviation.items()
         }
@@ -243,7 +244,7 @@ class VariantShifts:
         reference_value = self.own.get(name, math.nan)
         return (
             abs((1.0 + variant_value) * ((1.0 + value) / (1.0 + reference_value) - 1.0))
-            if name in MEASURES
+            if is_relative(name)
             else abs(value - reference_value)
         )
 
@@ -277,7 +278,7 @@ class VariantShifts:
         }
         combined_shifts = (
             (1.0 + value) * (_combine_filter_and_noise(shifts, np.multiply) - 1.0)
-            if name in MEASURES
+            if is_relative(name)
             else _combine_filter_and_noise(shifts, np.add)
         )
         variant_values = [self.half_space[label].get(name, math.nan) for label in self.other_patches]
@@ -352,6 +353,31 @@ class ProfileVariants:
         """All variants, with the reference variant first."""
         return (self.own, *self.others)
 
+    def select_own(self, own_measures: Collection[str]) -> ProfileVariants:
+        """Variants with the deviations in some of a user's measures only.
+
+        The deviations in a user's measure are stored with a solution. They are not valid for another function.
+
+        Parameters
+        ----------
+        own_measures
+            Names of the user's measures to keep.
+
+        Returns
+        -------
+        ProfileVariants
+            Variants without the deviations in all other measures of a user.
+        """
+
+        def select(variant: VariantResult) -> VariantResult:
+            deviations = {
+                theory: {name: value for name, value in values.items() if not is_own(name) or name in own_measures}
+                for theory, values in variant.deviations.items()
+            }
+            return replace(variant, deviations=deviations)
+
+        return ProfileVariants(own=select(self.own), others=tuple(map(select, self.others)))
+
     def find_shifts(self, theory: str) -> VariantShifts:
         """Shifts of the deviations of a theory.
 
@@ -425,7 +451,7 @@ def _compute_shifts(variants: Mapping[str, tuple[Deviations, float]]) -> Variant
     (reference, reference_peak_MPa), *_ = variants.values()
     shifts = {
         label: {
-            name: (1.0 + value) / (1.0 + reference[name]) if name in MEASURES else value - reference[name]
+            name: (1.0 + value) / (1.0 + reference[name]) if is_relative(name) else value - reference[name]
             for name, value in deviation.items()
             if name in reference
         }

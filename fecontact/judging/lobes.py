@@ -26,6 +26,7 @@ from fecontact.judging.measures import (
     read_theory_measures,
     read_theory_misfit,
 )
+from fecontact.judging.own_measures import OwnMeasures
 from fecontact.judging.solved_load import Level, SolvedLoad, estimate_budgets, read_other_fit, read_quality
 from fecontact.judging.uncertainty import estimate_cut_plane_share, estimate_share_uncertainty
 from fecontact.judging.verdict import Verdict, judge_profile_variants
@@ -270,7 +271,11 @@ def _compare_with_hertz(
     share = lobe.normal_force_N / sum(fe_lobe.normal_force_N for fe_lobe in split_lobes(solved_load.levels[0].fe))
     budgets = estimate_budgets(solved_load.levels, read_matched_values, deviation, share=share)
     numerical = {name: budget.total for name, budget in budgets.items()}
-    verdict, uncertainty = judge_profile_variants(deviation, numerical, shifts, solved_load.case.criteria)
+    # a user's function reads the whole contact
+    criteria = solved_load.case.criteria.common_criteria
+    if criteria is None:
+        return judgement
+    verdict, uncertainty = judge_profile_variants(deviation, numerical, shifts, criteria)
     assert theory.single is not None
     return replace(
         judgement,
@@ -410,6 +415,7 @@ def judge_profile_variant(label: str, case: Case, placement: Placement, half_spa
     loaded = LoadedPlacement(
         placement=placement, case=case, normal_force_N=half_space.normal_force_N, half_space=half_space
     )
+    own_measures = OwnMeasures.read_criteria(case, placement)
     deviations: dict[str, dict[str, float]] = {}
     for name, theory in THEORIES.items():
         theory_contact = theory.approximate(loaded)
@@ -417,7 +423,9 @@ def judge_profile_variant(label: str, case: Case, placement: Placement, half_spa
             # On this variant, the theory is identical to Hertz.
             deviations[name] = deviations[HERTZ]
         elif not isinstance(theory_contact, str) and theory_contact.definite:
-            deviations[name] = compute_deviations(half_space, theory_contact)
+            deviations[name] = compute_deviations(half_space, theory_contact) | own_measures.compute_deviations(
+                half_space, theory_contact
+            )
     lobes, patch = (
         (_read_variant_lobe(lobe, case, placement) for lobe in split_lobes(half_space)),
         read_patch(half_space),

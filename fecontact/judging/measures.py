@@ -21,6 +21,7 @@ from fecontact.contact.grid import Rung
 from fecontact.contact.patch import Patch, measure_patch, measure_valley_depth
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
+from fecontact.criteria import is_own_relative
 from fecontact.judging.measure_uncertainty import MeasureUncertainty
 from fecontact.judging.theory_pair import TheoryPair
 
@@ -319,6 +320,11 @@ UNCERTAINTIES: dict[str, MeasureUncertainty] = {
     name: metadata["uncertainty"] for name, metadata in (_MEASURE_READERS | _MISFIT_READERS).items()
 }
 """Declared uncertainties of each measure: relative for `MEASURES`, absolute for `MISFITS` (-)."""
+
+
+def is_relative(measure: str) -> bool:
+    """Whether the deviation in a measure is relative to the finite elements."""
+    return measure in MEASURES or is_own_relative(measure)
 
 
 # A load is judged several times by its rungs during refinement. The cache reads each rung once.

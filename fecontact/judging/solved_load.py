@@ -386,7 +386,7 @@ def estimate_elements_budgets(
         Relative for `MEASURES`, absolute for `MISFITS` (-); a measure without a stated uncertainty has no entry.
     """
     finest, rungs = levels[0], [level.on_elements for level in levels]
-    elements = _elements_per_semi_axis(finest)
+    elements = compute_elements_per_semi_axis(finest)
     measured = [read_rung(rung) for rung in rungs]
     budgets = {
         name: estimate_elements_budget(
@@ -401,8 +401,19 @@ def estimate_elements_budgets(
     return {name: budget for name, budget in budgets.items() if budget is not None}
 
 
-def _elements_per_semi_axis(level: Level) -> float:
-    """Number of elements per semi-axis, in the direction with fewer elements."""
+def compute_elements_per_semi_axis(level: Level) -> float:
+    """Number of elements per semi-axis, in the direction with fewer elements.
+
+    Parameters
+    ----------
+    level
+        Mesh level.
+
+    Returns
+    -------
+    float
+        Number of elements (-).
+    """
     patch, (spacing_x_mm, spacing_s_mm) = read_patch(level.on_elements), level.on_elements.grid.steps_mm
     return min(patch.a_mm / spacing_x_mm, patch.b_mm / spacing_s_mm / len(patch.lobes))
 
@@ -444,7 +455,7 @@ def estimate_irreducible_budgets(
         if on_elements is None:
             budget = estimate_budget(name, [measured[name]], quality)
         else:
-            elements = _elements_per_semi_axis(level) * MESH_RATIO**on_elements
+            elements = compute_elements_per_semi_axis(level) * MESH_RATIO**on_elements
             budget = estimate_elements_budget(name, [measured[name]], elements=elements, compliance_error=0.0)
         if budget is not None:
             budgets[name] = scale_to_deviation(name, budget, deviation[name])

@@ -12,16 +12,20 @@ from fecontact.contact.grid import Rung
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES, LoadedPlacement
 from fecontact.judging.lines import NO_SHIFTS, ProfileVariants, VariantShifts
-from fecontact.judging.measures import compute_deviations, read_values
+from fecontact.judging.measures import UNCERTAINTIES, compute_deviations, read_values
+from fecontact.judging.own_measures import NO_OWN_MEASURES, OwnMeasures, keep_irreducible
 from fecontact.judging.solved_load import (
     Level,
     SolvedLoad,
+    compute_elements_per_semi_axis,
     estimate_budgets,
     estimate_elements_budgets,
     estimate_irreducible_budgets,
+    read_other_fit,
+    read_quality,
     scale_to_deviation,
 )
-from fecontact.judging.uncertainty import estimate_irregularity_uncertainty
+from fecontact.judging.uncertainty import MESH_RATIO, estimate_irregularity_uncertainty
 from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.judging.verdict import Judgement, find_worst_verdict, judge_profile_variants
 from fecontact.placement.wheel_on_rail import Placement
@@ -38,6 +42,7 @@ def judge_hertz(
     *,
     by: Evidence = "fe",
     refinements: int | None = None,
+    own_measures: OwnMeasures | None = None,
 ) -> dict[str, Judgement]:
     """Judge Hertz with the curvature of each side of the first contact point.
 
@@ -55,6 +60,8 @@ def judge_hertz(
         Theories on the profile variants; None for exact profiles.
     by, refinements
         As in `judge_theory`.
+    own_measures
+        Criteria of a user at this position; made from the case if not given.
 
     Returns
     -------
@@ -62,13 +69,16 @@ def judge_hertz(
         By the name of the theory; a single entry if the curvatures of both sides are equal.
     """
     judgements = {}
+    own_measures = own_measures or OwnMeasures.read_criteria(case, placement)
     for name in HERTZ_OF_EACH_SIDE:
         theory_contact = THEORIES[name].approximate(
             LoadedPlacement(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
         )
         if isinstance(theory_contact, TheoryContact):
             shifts = NO_SHIFTS if lines is None else lines.find_shifts(name)
-            judgements[name] = judge_theory(case, levels, theory_contact, shifts, by=by, refinements=refinements)
+            judgements[name] = judge_theory(
+                case, levels, theory_contact, shifts, by=by, refinements=refinements, own_measures=own_measures
+            )
     return judgements
 
 
@@ -125,7 +135,12 @@ def is_undecidable_by_refinement(
 
 
 def judge_theories(
-    names: Iterable[str], solved_load: SolvedLoad, placement: Placement, *, usable: bool
+    names: Iterable[str],
+    solved_load: SolvedLoad,
+    placement: Placement,
+    *,
+    usable: bool,
+    own_measures: OwnMeasures = NO_OWN_MEASURES,
 ) -> tuple[dict[str, Judgement], dict[str, str]]:
     """Judge several theories under the normal force of the finest level.
 
@@ -139,6 +154,8 @@ def judge_theories(
         Wheel on rail.
     usable
         Whether the numbers of the load may be used; if not, each verdict is UNRESOLVED.
+    own_measures
+        Criteria of a user at this position.
 
     Returns
     -------
@@ -160,7 +177,9 @@ def judge_theories(
             reasons[name] = theory_contact
         elif theory_contact is not None:
             shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.find_shifts(name)
-            judgement = judge_theory(solved_load.case, solved_load.levels, theory_contact, shifts)
+            judgement = judge_theory(
+                solved_load.case, solved_load.levels, theory_contact, shifts, own_measures=own_measures
+            )
             judgements[name] = replace(judgement, verdict=judgement.verdict.usable(usable and theory_contact.definite))
     return judgements, reasons
 
@@ -173,6 +192,7 @@ def judge_theory(
     *,
     by: Evidence = "fe",
     refinements: int | None = None,
+    own_measures: OwnMeasures = NO_OWN_MEASURES,
 ) -> Judgement:
     """Judge a theory against the finest level, by the criteria of a case.
 
@@ -193,6 +213,8 @@ def judge_theory(
     refinements
         If given, the deviations are taken from the finer nodes, and their uncertainty is the remainder after this
         number of further refinements.
+    own_measures
+        Criteria of a user at this position.
 
     Returns
     -------
@@ -230,6 +252,9 @@ def judge_theory(
         name: replace(budget, irregularity=estimate_irregularity_uncertainty(name, deviation[name], slope=slope))
         for name, budget in budgets.items()
     }
+    rung = levels[0].on_elements if by == "elements" and refinements is None else levels[0].fe
+    deviation |= own_measures.compute_deviations(rung, theory_contact)
+    budgets |= _estimate_own_budgets(own_measures, levels, theory_contact, by, refinements)
     numerical_uncertainty = {name: budget.total for name, budget in budgets.items()}
     verdict, uncertainty = judge_profile_variants(deviation, numerical_uncertainty, moves, case.criteria)
     return Judgement(
@@ -244,7 +269,45 @@ def judge_theory(
             name: replace(budget, profile_variants=uncertainty[name] - numerical_uncertainty[name])
             for name, budget in budgets.items()
         },
+        own_values=own_measures.read_theory_values(rung, theory_contact),
     )
+
+
+def _estimate_own_budgets(
+    own_measures: OwnMeasures,
+    levels: Sequence[Level],
+    theory_contact: TheoryContact,
+    evidence: Evidence,
+    refinements: int | None,
+) -> dict[str, UncertaintyBudget]:
+    """Contributions to the uncertainty of the deviations in a user's measures.
+
+    The arguments are the arguments of `judge_theory`; `evidence` is `by`.
+    """
+    if evidence == "profiles":
+        return {criterion.key: UncertaintyBudget() for criterion in own_measures.criteria}
+    if not own_measures.criteria:
+        return {}
+    finest = levels[0]
+    if evidence == "elements":
+        budgets = own_measures.estimate_elements_budgets(
+            [level.on_elements for level in levels],
+            theory_contact,
+            elements=compute_elements_per_semi_axis(finest) * MESH_RATIO ** (refinements or 0),
+            compliance_error=finest.compliance_error,
+            residual=finest.nodal.residual,
+        )
+    else:
+        budgets = own_measures.estimate_budgets(
+            [level.fe for level in levels], read_other_fit(levels), theory_contact, read_quality(levels)
+        )
+    if refinements is None:
+        return budgets
+    irreducible = {name: keep_irreducible(budget) for name, budget in budgets.items()}
+    return {
+        name: irreducible[name] if budget.total <= 2.0 * irreducible[name].total else UncertaintyBudget()
+        for name, budget in budgets.items()
+    }
 
 
 # A failure is certain if the deviation exceeds its limit by this number of uncertainties, independently of the
@@ -280,19 +343,21 @@ def _fails_beyond_doubt(judgement: Judgement, half_space: Rung) -> bool:
 
     A variant fails if at least one measure exceeds its limit by more than `_CERTAINTY_FACTOR` times its uncertainty.
     The difference of the deviations from the half-space and from the finite elements is added to the numerical
-    uncertainty.
+    uncertainty. Measures of a user do not count.
     """
     assert judgement.approximation is not None
     half_space_deviation = compute_deviations(half_space, judgement.approximation)
     uncertainty = {
         name: judgement.numerical.get(name, math.nan) + abs(half_space_deviation[name] - judgement.deviation[name])
         for name in judgement.limits
+        if name in UNCERTAINTIES
     }
     steps = {label: judgement.moves.step_uncertainty(label, judgement.deviation) for label in judgement.moves.by_line}
     return all(
         any(
             abs(variant_deviation[name]) - limit > _CERTAINTY_FACTOR * (uncertainty[name] + steps[label][name])
             for name, limit in judgement.limits.items()
+            if name in UNCERTAINTIES
         )
         for label, variant_deviation in judgement.moves.deviations(half_space_deviation).items()
     )

@@ -409,3 +409,180 @@ def estimate_irregularity_uncertainty(measure: str, deviation: float, *, slope: 
         Uncertainty of the deviation (-).
     """
     return slope * abs(deviation) if UNCERTAINTIES[measure].irregularity_of_value else slope
+
+
+# --- Measures that a user has defined: their uncertainty follows from declared uncertainties of the built-in measures.
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensitivity:
+    """Changes of a user's measure with small changes of the contact.
+
+    All values are per unit of the change, in the unit of the measure's deviation. The measure must be read from the
+    finite elements.
+
+    Attributes
+    ----------
+    along, across
+        Change with the length along x or across (relative), under an equal force.
+    force
+        Change with the force (relative), by which lengths and pressures grow as in Hertz's theory.
+    centre
+        Change with the lateral position of the contact, in half-widths b.
+    lobe
+        Change with the load of the highest lobe (relative); 0 for a single lobe.
+    """
+
+    along: float
+    across: float
+    force: float
+    centre: float
+    lobe: float
+
+    def bound_change(self, peak: float, length_x: float, length_y: float) -> float:
+        """Largest change of the measure for bounds of the errors of the built-in measures.
+
+        Errors of both lengths have equal signs if the peak is wrong, and may have opposite signs otherwise.
+
+        Parameters
+        ----------
+        peak, length_x, length_y
+            Bounds of the relative errors of peak pressure, half-width a and half-width b (-).
+
+        Returns
+        -------
+        float
+            Largest change, in the unit of the measure's deviation.
+        """
+        changes = (
+            0.5 * (self.along + self.across) * peak,
+            self.along * length_x,
+            self.across * length_y,
+            self.along * length_x - self.across * length_y,
+        )
+        return max(map(abs, changes))
+
+    def bound_declared(self, uncertainty_name: str) -> float:
+        """Largest change of the measure for a declared uncertainty.
+
+        Parameters
+        ----------
+        uncertainty_name
+            Attribute of `MeasureUncertainty`, of which peak, half-widths and centre of pressure are read.
+
+        Returns
+        -------
+        float
+            Largest change, in the unit of the measure's deviation.
+        """
+        sizes: tuple[float, ...] = tuple(
+            getattr(UNCERTAINTIES[name], uncertainty_name) for name in ("p_max_MPa", "a_mm", "b_mm")
+        )
+        centre: float = getattr(UNCERTAINTIES["centre_over_b"], uncertainty_name)
+        return self.bound_change(*sizes) + abs(self.centre) * centre
+
+
+def estimate_own_budget(
+    deviations: Sequence[float],
+    sensitivity: Sensitivity,
+    quality: SolutionQuality,
+    *,
+    by_other_fit: float,
+    node_change: float,
+    irregularity_slope: float = 0.0,
+) -> UncertaintyBudget:
+    """Contributions to the uncertainty of a deviation in a user's measure.
+
+    Nothing is known about the measure itself. The meshes and the nodes are compared in the measure. Errors that all
+    meshes have in common are taken from the built-in measures, with the sensitivity of the measure.
+
+    Parameters
+    ----------
+    deviations
+        Deviations of a theory on the mesh levels, the finest first, in the unit of the deviation.
+    sensitivity
+        Sensitivity of the measure on the finest level, in the unit of the deviation.
+    quality
+        Errors and properties of the solved contact.
+    by_other_fit
+        Deviation with the other fit, as in `estimate_budget`.
+    node_change
+        Change of the deviation from half of the nodes to all nodes.
+    irregularity_slope
+        Largest slope of irregularities that no mesh has (-).
+
+    Returns
+    -------
+    UncertaintyBudget
+        In the unit of the deviation; NaN if a deviation is not finite.
+    """
+    if not all(math.isfinite(value) for value in (*deviations, by_other_fit, node_change)):
+        return UncertaintyBudget(mesh_change=math.nan)
+    change_factor = _SEPARATION_CHANGE_FACTOR if quality.parting else _CHANGE_FACTOR
+    # the change of an edge between nodes is in `node_change`
+    more_nodes = _NODE_CHANGE_FACTOR * quality.more_nodes.get("p_max_MPa", 0.0)
+    compliance = _COMPLIANCE_SENSITIVITY * _bound_compliance_error(quality.compliance_error, UNCHECKED_COMPLIANCE_ERROR)
+    lobe_share = quality.joined_share
+
+    def bound_equal(error: float) -> float:
+        return sensitivity.bound_change(error, error, error)
+
+    return UncertaintyBudget(
+        reading=max(node_change, sensitivity.bound_declared("reading")),
+        more_nodes=bound_equal(more_nodes),
+        mesh_change=change_factor * compute_mesh_change(deviations),
+        common_mesh_error=sensitivity.bound_declared("common_mesh_error"),
+        skewness=abs(sensitivity.centre * quality.skew) * UNCERTAINTIES["centre_over_b"].skewness_error,
+        fit_difference=_FIT_DIFFERENCE_FACTOR * abs(deviations[0] - by_other_fit),
+        cut_planes=sensitivity.bound_declared("cut_planes"),
+        joined_lobe=abs(sensitivity.lobe) * estimate_cut_plane_share(lobe_share) / lobe_share,
+        turned_force=abs(sensitivity.force * quality.turned_force),
+        elements_compliance=bound_equal(compliance),
+        residual=bound_equal(quality.residual),
+        irregularity=bound_equal(irregularity_slope),
+    )
+
+
+def estimate_own_elements_budget(
+    deviations: Sequence[float],
+    sensitivity: Sensitivity,
+    *,
+    elements: float,
+    compliance_error: float,
+    residual: float,
+    node_change: float,
+    irregularity_slope: float = 0.0,
+) -> UncertaintyBudget:
+    """Contributions to the uncertainty of a deviation in a user's measure on the elements' nodes.
+
+    Parameters
+    ----------
+    deviations, sensitivity, node_change, irregularity_slope
+        As in `estimate_own_budget`, on the elements' nodes.
+    elements, compliance_error, residual
+        As in `estimate_elements_budget`.
+
+    Returns
+    -------
+    UncertaintyBudget
+        In the unit of the deviation; NaN if a deviation is not finite.
+    """
+    if not all(math.isfinite(value) for value in (*deviations, node_change)):
+        return UncertaintyBudget(mesh_change=math.nan)
+    declared = [UNCERTAINTIES[name] for name in ("p_max_MPa", "a_mm", "b_mm")]
+    readings = (
+        (measure.elements_reading or 0.0) * (_REFERENCE_ELEMENTS / elements) ** measure.elements_order
+        for measure in declared
+    )
+    compliance = _bound_compliance_error(compliance_error, COMPLIANCE_ERROR_LIMIT)
+    centre_reading = abs(sensitivity.centre) * (UNCERTAINTIES["centre_over_b"].elements_reading or 0.0)
+    return UncertaintyBudget(
+        reading=max(node_change, sensitivity.bound_change(*readings) + centre_reading),
+        mesh_change=compute_mesh_change(deviations),
+        cut_planes=sensitivity.bound_declared("cut_planes"),
+        elements_compliance=sensitivity.bound_change(
+            *(measure.modulus_sensitivity * compliance for measure in declared)
+        ),
+        residual=sensitivity.bound_change(residual, residual, residual),
+        irregularity=sensitivity.bound_change(irregularity_slope, irregularity_slope, irregularity_slope),
+    )

@@ -22,10 +22,12 @@ from fecontact.judging.measures import (
     MEASURES,
     Measures,
     compute_deviations,
+    is_relative,
     read_measures,
     read_theory_measures,
     read_values,
 )
+from fecontact.judging.own_measures import NO_OWN_MEASURES, OwnMeasures
 from fecontact.judging.solved_load import Level, SolvedLoad
 from fecontact.judging.uncertainty_budget import UncertaintyBudget
 from fecontact.judging.yielded import YIELD_STRESS_SPREAD, PlasticResult
@@ -189,7 +191,7 @@ def judge_profile_variants(
         # A relative deviation is theory / finite elements - 1. The uncertainty of the finite elements changes the
         # deviation in proportion to theory / finite elements, which is 1 + deviation.
         variant_uncertainty = {
-            name: value * abs((1.0 + variant_deviation[name]) / (1.0 + deviation[name])) if name in MEASURES else value
+            name: value * abs((1.0 + variant_deviation[name]) / (1.0 + deviation[name])) if is_relative(name) else value
             for name, value in uncertainty.items()
         }
         step = shifts.step_uncertainty(label, deviation)
@@ -330,6 +332,8 @@ class Judgement:
         Contribution of the meshes to the uncertainty (-), and shifts of the deviations over the profile variants.
     budgets
         Contributions to each uncertainty, which add up to it (-); empty for a measure of a feature.
+    own_values
+        Values of the theory in a user's measures, by name, in their units.
     """
 
     deviation: Mapping[str, float]
@@ -340,6 +344,7 @@ class Judgement:
     numerical: Mapping[str, float] = field(default_factory=dict)
     moves: VariantShifts = NO_SHIFTS
     budgets: Mapping[str, UncertaintyBudget] = field(default_factory=dict)
+    own_values: Mapping[str, float] = field(default_factory=dict)
 
     def band(self, p_max_MPa: float) -> tuple[float, float] | None:
         """Smallest and largest peak pressure of all profile variants.
@@ -386,13 +391,16 @@ class Judgement:
 
     @property
     def limit_utilisation(self) -> float:
-        """Largest limit utilisation of all judged measures (-); above 1 the theory fails."""
-        return float(np.max([abs(self.deviation[name]) / limit for name, limit in self.limits.items()]))
+        """Largest limit utilisation of all judged measures with a deviation (-); above 1 the theory fails."""
+        utilisations = [
+            abs(self.deviation[name]) / limit for name, limit in self.limits.items() if name in self.deviation
+        ]
+        return float(np.max(utilisations)) if utilisations else math.nan
 
     @property
     def limit_range(self) -> tuple[float, float]:
         """Bounds of the largest limit utilisation (-); NaN if a measure has no uncertainty."""
-        magnitudes = np.array([abs(self.deviation[name]) for name in self.limits])
+        magnitudes = np.array([abs(self.deviation.get(name, math.nan)) for name in self.limits])
         uncertainties = np.array([self.uncertainty.get(name, math.nan) for name in self.limits])
         limits = np.array([*self.limits.values()])
         return float(np.max((magnitudes - uncertainties) / limits)), float(
@@ -570,6 +578,7 @@ def judge_plastic(
     judgements: Mapping[str, Judgement],
     ladder: Ladder,
     geometry: PatchGeometry,
+    own_measures: OwnMeasures = NO_OWN_MEASURES,
     *,
     at_junction: bool,
 ) -> PlasticVerdict | None:
@@ -583,6 +592,8 @@ def judge_plastic(
         Hertz on each side of the contact point compared with elastic bodies, by the name of the theory.
     ladder, geometry
         Steps from Hertz to the plastic rung, and geometry of the profiles below the patch, for the cause.
+    own_measures
+        Criteria of a user at this position.
     at_junction
         Whether the contact point is on a curvature junction.
 
@@ -598,14 +609,15 @@ def judge_plastic(
     status = "converged" if _is_converged(solved_load) else "not converged"
     (theory, *_) = (judgement.approximation for judgement in judgements.values())
     assert theory is not None
-    step_uncertainty = _plastic_step_uncertainty(solved_load.levels, theory)
+    step_uncertainty = _plastic_step_uncertainty(solved_load.levels, theory, own_measures)
     plastic_judgements = {
-        name: _judge_against_plastic(judgement, plastic_contact, step_uncertainty, solved_load)
+        name: _judge_against_plastic(judgement, plastic_contact, step_uncertainty, solved_load, own_measures)
         for name, judgement in judgements.items()
     }
     worst = find_worst_verdict(plastic_judgements)
     is_beyond_limit = any(
-        abs(judgement.deviation[worst.measure]) > limits[worst.measure] for judgement in plastic_judgements.values()
+        abs(judgement.deviation.get(worst.measure, 0.0)) > limits[worst.measure]
+        for judgement in plastic_judgements.values()
     )
     cause: str | None = None
     if worst.answer != "HOLDS" and is_beyond_limit:
@@ -633,7 +645,11 @@ def _is_converged(solved_load: SolvedLoad) -> bool:
 
 
 def _judge_against_plastic(
-    elastic: Judgement, plastic_contact: PlasticResult, step_uncertainty: Mapping[str, float], solved_load: SolvedLoad
+    elastic: Judgement,
+    plastic_contact: PlasticResult,
+    step_uncertainty: Mapping[str, float],
+    solved_load: SolvedLoad,
+    own_measures: OwnMeasures,
 ) -> Judgement:
     """Judge Hertz with a single curvature against bodies that yield.
 
@@ -642,9 +658,11 @@ def _judge_against_plastic(
     """
     theory = elastic.approximation
     assert theory is not None
-    deviation = compute_deviations(plastic_contact.fe, theory)
+    deviation = compute_deviations(plastic_contact.fe, theory) | own_measures.compute_deviations(
+        plastic_contact.fe, theory
+    )
     plastic_step = {
-        name: step_uncertainty[name] * (abs(1.0 + deviation[name]) if name in MEASURES else 1.0)
+        name: step_uncertainty[name] * (abs(1.0 + deviation[name]) if is_relative(name) else 1.0)
         for name in elastic.numerical
     }
     ratios = {name: _deviation_ratio(name, deviation, elastic.deviation) for name in elastic.numerical}
@@ -678,30 +696,34 @@ def _deviation_ratio(name: str, plastic: Mapping[str, float], elastic: Mapping[s
 
     1 + deviation is theory / finite elements. The ratio is 1 for an absolute measure.
     """
-    return abs((1.0 + plastic[name]) / (1.0 + elastic[name])) if name in MEASURES else 1.0
+    return abs((1.0 + plastic[name]) / (1.0 + elastic[name])) if is_relative(name) else 1.0
 
 
-def _plastic_step(level: Level, plastic_rung: Rung, theory: TheoryContact) -> dict[str, float]:
+def _plastic_step(
+    level: Level, plastic_rung: Rung, theory: TheoryContact, own_measures: OwnMeasures
+) -> dict[str, float]:
     """Change of each measure by plasticity, on equal nodes (-).
 
     The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`.
     """
-    before, after = read_values(level.fe, theory), read_values(plastic_rung, theory)
+    before, after = (read_values(rung, theory) | own_measures.read_values(rung) for rung in (level.fe, plastic_rung))
     return {
-        name: value / before[name] - 1.0 if name in MEASURES else value - before[name] for name, value in after.items()
+        name: value / before[name] - 1.0 if is_relative(name) else value - before[name] for name, value in after.items()
     }
 
 
-def _plastic_step_uncertainty(levels: Sequence[Level], theory: TheoryContact) -> dict[str, float]:
+def _plastic_step_uncertainty(
+    levels: Sequence[Level], theory: TheoryContact, own_measures: OwnMeasures
+) -> dict[str, float]:
     """Uncertainty of the plastic step of each measure (-).
 
     The contributions are the meshes, the load steps, the nodes of the elements and the corrections. With a single mesh
     level, the uncertainty is NaN.
     """
     plastic_levels = [(level, level.yielded) for level in levels if level.yielded is not None]
-    steps = [_plastic_step(level, contact.fe, theory) for level, contact in plastic_levels]
+    steps = [_plastic_step(level, contact.fe, theory, own_measures) for level, contact in plastic_levels]
     load_step_pairs = [
-        (step, _plastic_step(level, contact.fewer_steps, theory))
+        (step, _plastic_step(level, contact.fewer_steps, theory, own_measures))
         for step, (level, contact) in zip(steps, plastic_levels, strict=True)
         if contact.fewer_steps is not None
     ]

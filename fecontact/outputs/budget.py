@@ -49,4 +49,4 @@ def budget_table(record: TableRecord) -> Table:
 def _cell(measure: str, value: float) -> str:
     """Number of a contribution in the unit of the deviation; empty for zero."""
     words = MEASURE_WORDS[measure]
-    return f"{words.factor * value:.{words.digits + 1}f}" if value else ""
+    return words.number_text(value, more_digits=1) if value else ""

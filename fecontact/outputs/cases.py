@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.criteria import Criteria
+from fecontact.criteria import OWN_PREFIX, Criteria
 from fecontact.errors import is_usable_status, short_status
 from fecontact.feature_registry import load_offers
 from fecontact.judging.ladder import PLASTIC_STEP
-from fecontact.judging.measures import MEASURES
+from fecontact.judging.measures import is_relative
 from fecontact.outputs.flat_records import flatten
 from fecontact.outputs.pair_names import VARIED_COLUMN, row_pair_text
 from fecontact.outputs.parts import Picture
@@ -115,8 +115,8 @@ def _deviation_column(measure: str, limit: float) -> Column:
     A limit below 1 gets a further decimal.
     """
     words, (column, _, _) = MEASURE_WORDS[measure], deviation_columns(measure)
-    form = f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
-    unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if measure in MEASURES else "%"
+    form = "{:+.3g}" if words.has_any_size else f"{{:{'+' * words.signed}z.{1 + (words.factor * limit < 1.0)}f}}"
+    unit = f"in {words.off_unit}" if words.off_unit != "%" else "dev %" if is_relative(measure) else "%"
     short = words.short if len(words.short) < 8 else f"{words.short[:5]}."
     return number_column(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
 
@@ -163,6 +163,7 @@ def deviation_table(rows: Sequence[TableRecord], title: str, failing_width: int,
         *[text_column("rail, wheel", row_pair_text)] * with_pair,
         *_place_columns(rows),
         *_DEVIATION_COLUMNS,
+        *_own_columns(rows),
         # a result that must not be used has no verdict
         text_column("verdict", lambda row: row.get("verdict_answer", "-") if _has_verdict(row) else short_status(row)),
         text_column("fails by", lambda row: _failing_measures_text(row, failing_width)),
@@ -172,6 +173,21 @@ def deviation_table(rows: Sequence[TableRecord], title: str, failing_width: int,
         *_EFFORT_COLUMNS,
     ]
     return make_table(title, columns, rows, lambda row: "plain" if is_usable_status(row) else "fails")
+
+
+def _own_columns(rows: Sequence[TableRecord]) -> list[Column]:
+    """Columns of the deviations of Hertz in the measures of a user."""
+    prefix = deviation_columns(OWN_PREFIX)[0].removesuffix("_percent")
+    columns = dict.fromkeys(name for row in rows for name in row if name.startswith(prefix))
+    return [_own_column(name, prefix) for name in columns]
+
+
+def _own_column(column: str, prefix: str) -> Column:
+    """Column of the deviation of Hertz in a user's measure, with its whole name."""
+    measure = f"{OWN_PREFIX}{column.removeprefix(prefix).removesuffix('_percent')}"
+    words = MEASURE_WORDS[measure]
+    unit = "dev %" if words.off_unit == "%" else f"in {words.off_unit}"
+    return number_column(f"{words.short}\n{unit}", column, "{:+.3g}" if words.has_any_size else "{:+z.1f}")
 
 
 def _place_columns(rows: Sequence[TableRecord]) -> list[Column]:

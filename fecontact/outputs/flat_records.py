@@ -11,6 +11,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from fecontact.criteria import OWN_PREFIX, is_own, is_own_relative, split_own_measure
+
 Record: TypeAlias = dict[str, Any]
 
 # Beginnings of names of groups with relative numbers. Deviations and uncertainties are relative to the finite elements,
@@ -104,7 +106,10 @@ def _flatten(record: Mapping[str, Any], prefix: str, *, relative: bool) -> Itera
     """
     for name, value in record.items():
         if isinstance(value, Mapping):
-            yield from _flatten(value, f"{prefix}{name}_", relative=relative or name.startswith(_RELATIVE_GROUPS))
+            # contributions to the uncertainty of a difference have its unit
+            is_difference = is_own(name) and not is_own_relative(name)
+            is_relative = (relative or name.startswith(_RELATIVE_GROUPS)) and not is_difference
+            yield from _flatten(value, f"{prefix}{name}_", relative=is_relative)
         elif isinstance(value, list):
             has_records = any(isinstance(member, Mapping) for member in value)
             yield f"{prefix}{name}", len(value) if has_records else "; ".join(map(str, value))
@@ -119,7 +124,7 @@ def relative_name(measure: str) -> str:
     """Column of a relative number, such as `p_max_percent` for `p_max_MPa`.
 
     Measures without a unit of pressure, length or area get the ending too (`valley_percent` for `valley`). Names that
-    end in `_over_b` stay (`centre_over_b`).
+    end in `_over_b` stay (`centre_over_b`), and so do differences of a user's measures, which have a unit.
 
     Parameters
     ----------
@@ -137,6 +142,9 @@ def relative_name(measure: str) -> str:
     >>> relative_name("p_max_MPa"), relative_name("centre_over_b")
     ('p_max_percent', 'centre_over_b')
     """
+    if is_own(measure):
+        # a difference keeps its unit
+        return f"{OWN_PREFIX}{split_own_measure(measure)[0]}_percent" if is_own_relative(measure) else measure
     stem, _, unit = measure.rpartition("_")
     if measure.endswith("_over_b"):
         return measure

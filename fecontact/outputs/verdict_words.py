@@ -8,6 +8,7 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
+from fecontact.criteria import is_own
 from fecontact.errors import describe_status, is_usable_status
 from fecontact.judging.lines import FILTER_LABEL
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
@@ -404,7 +405,7 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
     if not is_usable_status(row):
         return str(row["status"])
     measure = row.get("verdict_measure")
-    if measure not in MEASURE_WORDS:
+    if measure is None or not (measure in MEASURE_WORDS or is_own(measure)):
         return ""
     *columns, factor = deviation_columns(measure)
     deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 
-from fecontact.criteria import Criteria
+from fecontact.criteria import Criteria, is_own, is_own_relative, split_own_measure
 from fecontact.outputs.flat_records import relative_name
 
 
@@ -30,6 +30,8 @@ class MeasureWords:
         Unit of the deviation, its uncertainty and its limit: `%`, or Hertz's half-width `b`.
     signed
         Whether the deviation of Hertz can be positive or negative.
+    has_any_size
+        Whether deviations are differences of any size.
     rank
         Measures of the lowest rank are left out first if a table has no room. Rank 0 always stays.
     excess, deficit
@@ -43,6 +45,7 @@ class MeasureWords:
     meaning: str
     off_unit: str = "%"
     signed: bool = True
+    has_any_size: bool = False
     rank: int = 0
     excess: str = "{name} too large by {size}"
     deficit: str = "{name} too small by {size}"
@@ -62,6 +65,29 @@ class MeasureWords:
         """Decimals of a deviation in its unit."""
         return 2 if self.off_unit == "%" else 3
 
+    def number_text(self, value: float, sign: str = "", *, more_digits: int = 0) -> str:
+        """Text for a deviation in its unit, without the unit.
+
+        A difference in the unit of a user has four significant digits, since its size is not known.
+
+        Parameters
+        ----------
+        value
+            Relative deviation, or difference.
+        sign
+            `+` to show the sign of positive values.
+        more_digits
+            Number of additional digits.
+
+        Returns
+        -------
+        str
+            The number.
+        """
+        if self.has_any_size:
+            return f"{value:{sign}.{4 + more_digits}g}"
+        return f"{self.factor * value:{sign}z.{self.digits + more_digits}f}"
+
     def deviation_text(self, value: float | None, *, size: bool = False) -> str:
         """Text for a deviation with its unit.
 
@@ -80,11 +106,11 @@ class MeasureWords:
         if value is None or not math.isfinite(value):
             return "-"
         sign = "+" if self.signed and not size else ""
-        return f"{self.factor * value:{sign}z.{self.digits}f} {self.off_unit}"
+        return f"{self.number_text(value, sign)} {self.off_unit}".rstrip()
 
     def limit_text(self, value: float) -> str:
         """Text for a limit with its unit."""
-        return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}"
+        return f"{'±' if self.signed else '< '}{self.factor * value:.12g} {self.off_unit}".rstrip()
 
     def describe_deviation(self, deviation: float, uncertainty: float, limit: float) -> str:
         """Physical meaning of a deviation, with its uncertainty and its limit.
@@ -105,8 +131,31 @@ class MeasureWords:
         return f"{meaning} (limit {self.factor * limit:.12g} {unit})"
 
 
+class _WordsByMeasure(dict[str, MeasureWords]):
+    """Words of each built-in measure; words of a user's measure follow from its name."""
+
+    def __missing__(self, measure: str) -> MeasureWords:
+        if not is_own(measure):
+            raise KeyError(measure)
+        name, unit = split_own_measure(measure)
+        is_difference = not is_own_relative(measure)
+        return MeasureWords(
+            short=name,
+            letter=OWN_LETTER,
+            name=name.replace("_", " "),
+            unit=unit,
+            meaning="measure of a user's criterion",
+            off_unit=unit.removeprefix("-") if is_difference else "%",
+            has_any_size=is_difference,
+        )
+
+
+OWN_LETTER = "o"
+"""Letter of all criteria of a user in the cells of a map."""
 TEXTS = tomllib.loads((files("fecontact.outputs") / "words.toml").read_text("utf-8"))
-MEASURE_WORDS: dict[str, MeasureWords] = {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
+MEASURE_WORDS: dict[str, MeasureWords] = _WordsByMeasure(
+    {name: MeasureWords(**parts) for name, parts in TEXTS["measures"].items()}
+)
 """Words of each measure, by its name."""
 CONTRIBUTION_WORDS: dict[str, str] = TEXTS["contributions"]
 """Names of the contributions to an uncertainty, by their keys."""
@@ -150,7 +199,7 @@ def limits_text(criteria: Criteria) -> str:
     groups: dict[str, list[str]] = {}
     for measure, limit in criteria.limits.items():
         words = MEASURE_WORDS[measure]
-        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}", []).append(words.short)
+        groups.setdefault(f"{words.factor * limit:.4g} {words.off_unit}".rstrip(), []).append(words.short)
     return "; ".join(f"{limit} {', '.join(names)}" for limit, names in groups.items())
 
 

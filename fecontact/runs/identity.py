@@ -133,7 +133,13 @@ def determine_origin(case: Case) -> Origin:
     if digest_input_files(case):
         # theories for the other profile variants of measured points are stored with the solution
         solved_by = {**solved_by, SOLVING_SOURCE: digest_json([read_digests().solving, read_digests().evaluating])}
-    criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items()}
+        # and so are the deviations of theories in a user's measures
+        solved_by |= {f"own criterion {criterion.name}": criterion.digest for criterion in case.criteria.own or ()}
+    criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items() if name != "own"}
+    criteria |= {
+        f"own criterion {criterion.name}": f"{criterion.digest}, limit {criterion.limit!r}"
+        for criterion in case.criteria.own or ()
+    }
     creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}
     evaluated_by = {"source of evaluation": read_digests().evaluating, **criteria, **creep}
     return Origin(solved_by=solved_by, evaluated_by=evaluated_by)

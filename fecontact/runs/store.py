@@ -356,6 +356,8 @@ class StoredPosition:
         Content of `solved.json`.
     case
         Case with the requested criteria and creepages.
+    stored_criteria
+        Criteria with which the position was solved.
     placement
         Placement of the wheel; None if the wheel could not be placed.
     arrays
@@ -364,6 +366,7 @@ class StoredPosition:
 
     record: Mapping[str, Any]
     case: Case
+    stored_criteria: Criteria
     placement: Placement | None
     arrays: Mapping[str, NDArray[np.float64]]
 
@@ -385,8 +388,12 @@ class StoredPosition:
         assert self.placement is not None
         load = self.record["loads"][number]
         case = replace(self.case, load_N=load["load_N"])
-        solved = solved_from_record(load, self.arrays, disable_refinement(case) if is_from_search else case)
-        return judge_load(solved, self.placement, (HERTZ,) if is_from_search else THEORIES)
+        solved_load = solved_from_record(load, self.arrays, disable_refinement(case) if is_from_search else case)
+        if solved_load.lines is not None:
+            stored_digests = {criterion.digest for criterion in self.stored_criteria.own or ()}
+            equal_own = [criterion.key for criterion in case.criteria.own or () if criterion.digest in stored_digests]
+            solved_load = replace(solved_load, lines=solved_load.lines.select_own(equal_own))
+        return judge_load(solved_load, self.placement, (HERTZ,) if is_from_search else THEORIES)
 
 
 def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> CaseResult:
@@ -438,11 +445,17 @@ def read_stored(
     """
     record = read_solution(folder)
     with refuse_changed_files(folder, "solve it again"):
-        case = read_stored_case(folder, record["case"])
-        case = replace(case, criteria=criteria or case.criteria, creep=creep or case.creep)
+        stored_case = read_stored_case(folder, record["case"])
+        case = replace(stored_case, criteria=criteria or stored_case.criteria, creep=creep or stored_case.creep)
         placement = None if record["placement"] is None else restore_placement(case, record["placement"])
         return make_result(
-            StoredPosition(record=record, case=case, placement=placement, arrays=read_arrays(folder / FIELDS_FILE))
+            StoredPosition(
+                record=record,
+                case=case,
+                stored_criteria=stored_case.criteria,
+                placement=placement,
+                arrays=read_arrays(folder / FIELDS_FILE),
+            )
         )
 
 

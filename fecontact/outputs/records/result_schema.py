@@ -12,6 +12,7 @@ from itertools import product
 from typing import Any
 
 from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES
+from fecontact.criteria import OWN_PREFIX, is_own
 from fecontact.errors import ProgramError
 from fecontact.feature_registry import load_offers
 from fecontact.judging.measures import MEASURES, MISFITS
@@ -49,6 +50,8 @@ _UNITS = {
     "_N": "N",
     "seconds": "s",
 }
+# Measures of a user are beside the built-in measures everywhere.
+_OWN_PATTERNS = {f"^{OWN_PREFIX}": {"type": ["number", "null"]}}
 _STEP_MEASURES = ("p_max_MPa", "area_mm2", "approach_mm")
 _NUMBER_TYPES = ("number", "integer", "numbers", "measures", "all measures", "contributions")
 
@@ -131,7 +134,14 @@ def _object_schema(keys: Mapping[str, str]) -> dict[str, Any]:
             properties |= _measures_schema(MEASURES)["properties"]
         else:
             properties[key] = _type_schema(type_name) | {"description": meaning}
-    return {"type": "object", "properties": properties, "required": [*properties], "additionalProperties": False}
+    patterns = {"patternProperties": _OWN_PATTERNS} if "measures" in keys else {}
+    return {
+        "type": "object",
+        "properties": properties,
+        **patterns,
+        "required": [*properties],
+        "additionalProperties": False,
+    }
 
 
 def _type_schema(type_name: str) -> dict[str, Any]:
@@ -161,6 +171,8 @@ def _members_schema(name: str, member: str) -> dict[str, Any]:
     known_names = {"measure": (*MEASURES, *MISFITS), "theory": tuple(THEORIES), "body": BODIES}.get(name)
     if known_names is not None:
         schema["propertyNames"] = {"enum": list(known_names)}
+    if name == "measure":
+        schema["propertyNames"] = {"anyOf": [schema["propertyNames"], {"pattern": f"^{OWN_PREFIX}"}]}
     return schema | ({"required": list(known_names)} if name in ("theory", "body") and known_names else {})
 
 
@@ -169,6 +181,7 @@ def _measures_schema(measures: tuple[str, ...]) -> dict[str, Any]:
     return {
         "type": "object",
         "properties": {measure: {"type": ["number", "null"]} for measure in measures},
+        "patternProperties": _OWN_PATTERNS,
         "required": list(measures),
         "additionalProperties": False,
     }
@@ -202,7 +215,7 @@ def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
     shape
         Name of the shape in `result_keys.toml`.
     record
-        Record with some of the keys.
+        Record with some of the keys, and with measures of a user if the shape has measures.
 
     Returns
     -------
@@ -216,9 +229,10 @@ def complete_record(shape: str, record: Mapping[str, Any]) -> Record:
     """
     names = _read_keys()["shapes"][shape]
     declared = [key for name in names for key in (MEASURES if name == "measures" else (name,))]
-    if undeclared := [key for key in record if key not in declared]:
+    own_keys = [key for key in record if "measures" in names and is_own(key)]
+    if undeclared := [key for key in record if key not in (*declared, *own_keys)]:
         raise ProgramError(f"keys {', '.join(undeclared)} of {shape} are not declared in result_keys.toml")
-    return {key: record.get(key) for key in declared}
+    return {key: record.get(key) for key in (*declared, *own_keys)}
 
 
 def iterate_keys() -> Iterator[KeyDeclaration]:
@@ -287,27 +301,29 @@ def find_unit(key: str) -> str:
     return next((unit for ending, unit in _UNITS.items() if key.endswith(ending)), "-")
 
 
-def list_columns(group: str) -> tuple[str, ...]:
+def list_columns(group: str, own_measures: tuple[str, ...] = ()) -> tuple[str, ...]:
     """Declared columns of a row.
 
     Parameters
     ----------
     group
         `of_load` for the columns of a load, `of_case` for further columns of a case.
+    own_measures
+        Names of a user's measures, which have the columns of the built-in measures.
 
     Returns
     -------
     tuple of str
         Names of columns in order.
     """
-    return _list_columns(group, tuple(THEORIES))
+    return _list_columns(group, tuple(THEORIES), own_measures)
 
 
 # A map makes a row for each cell. Without the cache the columns take two fifths of the time of a row.
 @cache
-def _list_columns(group: str, theories: tuple[str, ...]) -> tuple[str, ...]:
+def _list_columns(group: str, theories: tuple[str, ...], own_measures: tuple[str, ...]) -> tuple[str, ...]:
     """Declared columns of a row with the columns of some theories."""
-    columns = (column for name in _read_keys()["columns"][group] for column in _expand(name, theories))
+    columns = (column for name in _read_keys()["columns"][group] for column in _expand(name, theories, own_measures))
     return tuple(dict.fromkeys(columns))
 
 
@@ -334,11 +350,11 @@ def row_column_meanings() -> dict[str, str]:
     return dict(_read_keys()["row_columns"])
 
 
-def _expand(column: str, theories: Sequence[str]) -> Iterator[str]:
+def _expand(column: str, theories: Sequence[str], own_measures: Sequence[str] = ()) -> Iterator[str]:
     """Columns of a declared column with placeholders."""
     choices = {
-        "<size>": MEASURES,
-        "<deviation>": tuple(relative_name(measure) for measure in (*MEASURES, *MISFITS)),
+        "<size>": (*MEASURES, *own_measures),
+        "<deviation>": tuple(relative_name(measure) for measure in (*MEASURES, *MISFITS, *own_measures)),
         "<step>": tuple(relative_name(measure) for measure in _STEP_MEASURES),
         "<hertz>": HERTZ_OF_EACH_SIDE,
         "<theory>": tuple(name for name in theories if name not in HERTZ_OF_EACH_SIDE),

@@ -132,6 +132,7 @@ def load_record(load: JudgedLoad) -> Record:
         "compliance_error": None if math.isnan(load.level.compliance_error) else load.level.compliance_error,
         HERTZ: select_attributes(load.by_elements, "deviation uncertainty verdict"),
     }
+    contacts = {name: {**contact, **load.ladder.own_values.get(name, {})} for name, contact in contacts.items()}
     theories = {
         **{name: judgement_record(judgement) for name, judgement in load.judgements.items()},
         **{name: {"problem": problem} for name, problem in load.without.items()},
@@ -145,7 +146,7 @@ def load_record(load: JudgedLoad) -> Record:
         **{name: contacts[name] for name in ("half_space_quadratic", "elements", "fe")},
         # the theory reads separate patches of the half-space one at a time, the rung reads them together
         "half_space": None
-        if has_measures(theories.get("half_space", {}), contacts["half_space"])
+        if has_measures(theories.get("half_space", {}), to_plain(load.ladder.rungs["half_space"]))
         else contacts["half_space"],
         "theories": {
             name: complete_record("theory", theories[name]) if name in theories else None for name in THEORIES
@@ -161,6 +162,7 @@ def load_record(load: JudgedLoad) -> Record:
         "uncertainty_budget": {
             name: budget.contributions for name, budget in (load.plastic or load).deciding.budgets.items()
         },
+        "own_criteria": own_criteria_records(load),
         **select_attributes(comparison, "pressure_l2 overlap"),
         "geometry": to_plain(load.geometry),
         "slide_mm": load.level.slide_mm,
@@ -172,6 +174,35 @@ def load_record(load: JudgedLoad) -> Record:
         },
         "solver": _solver_record(load),
     }
+
+
+def own_criteria_records(load: JudgedLoad) -> list[Record]:
+    """Records of the criteria of a user, with the numbers of the requested verdict.
+
+    Parameters
+    ----------
+    load
+        Judged load.
+
+    Returns
+    -------
+    list of Record
+        A record for each criterion; numbers are None if its function was not available.
+    """
+    deciding, rung = (load.plastic or load).deciding, "fe" if load.plastic is None else PLASTIC_STEP.end
+    values = load.ladder.own_values.get(rung, {})
+    return [
+        {
+            "measure": criterion.key,
+            **criterion.record,
+            "fe": values.get(criterion.key),
+            HERTZ: deciding.own_values.get(criterion.key),
+            "deviation": deciding.deviation.get(criterion.key),
+            "uncertainty": deciding.uncertainty.get(criterion.key),
+            "answer": deciding.verdict.each[criterion.key],
+        }
+        for criterion in load.case.criteria.own or ()
+    ]
 
 
 def _verdict_records(load: JudgedLoad) -> Record:
@@ -222,8 +253,10 @@ def judgement_record(judgement: Judgement) -> Record:
     """
     contact = judgement.approximation
     assert contact is not None
-    return contact_record(contact, judgement.measures) | select_attributes(
-        judgement, "deviation uncertainty verdict limit_utilisation"
+    return (
+        contact_record(contact, judgement.measures)
+        | select_attributes(judgement, "deviation uncertainty verdict limit_utilisation")
+        | dict(judgement.own_values)
     )
 
 
@@ -504,14 +537,14 @@ def load_row(load: JudgedLoad, placement: Placement) -> Row:
         **select_attributes(first, "rail_y_mm wheel_y_mm", "contact_"),
         "at_junction": first.at_junction,
         "contact_points": len(placement.contact_points),
-        **_select_columns("of_load", columns),
+        **_select_columns("of_load", columns, tuple(load.case.criteria.own_measures)),
     }
 
 
-def _select_columns(group: str, columns: Record) -> Row:
+def _select_columns(group: str, columns: Record, own_measures: tuple[str, ...] = ()) -> Row:
     """Declared columns of a flat record in the declared order, then columns of features without declarations."""
     prefixes = tuple(f"{feature}_" for feature in undeclared_features())
-    return {name: columns[name] for name in list_columns(group) if name in columns} | {
+    return {name: columns[name] for name in list_columns(group, own_measures) if name in columns} | {
         name: value for name, value in columns.items() if name.startswith(prefixes)
     }
 
