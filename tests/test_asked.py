@@ -20,6 +20,7 @@ from fecontact.files import format_json
 from fecontact.judging import verdict
 from fecontact.judging.judge import judge_load
 from fecontact.judging.measures import MEASURES, read_measures
+from fecontact.judging.own_measures import NO_OWN_MEASURES
 from fecontact.judging.yielded import PathPoint, PlasticResult, YieldedBody
 from fecontact.outputs.case_parts import case_parts
 from fecontact.outputs.cases import ReportedCase
@@ -295,5 +296,7 @@ def test_a_step_that_is_unsure_counts_by_what_hertz_has_of_the_contact_that_yiel
     elastic = Elastic("Hertz", {"p_max_MPa": 0.0, "misplaced_load": 0.02}, {"p_max_MPa": 0.01, "misplaced_load": 0.003})
     step_uncertainty = {"p_max_MPa": 0.02, "misplaced_load": 0.004}
     solution = SimpleNamespace(case=SimpleNamespace(criteria=None))
-    judgement = verdict._judge_against_plastic(elastic, SimpleNamespace(fe=None), step_uncertainty, solution)
+    judgement = verdict._judge_against_plastic(
+        elastic, SimpleNamespace(fe=None), step_uncertainty, solution, NO_OWN_MEASURES
+    )
     assert judgement.numerical == pytest.approx({"p_max_MPa": 1.25 * 0.01 + 1.25 * 0.02, "misplaced_load": 0.007})

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
@@ -378,6 +377,8 @@ def _place_theory_pressure(theory: TheoryContact, grid: ContactGrid) -> Floats:
     The pressure is averaged over the cells, so that its sum is the force. A solver has no pressure at nodes outside the
     patch: the force of their cells is moved to the nearest node inside.
     """
+    from scipy.ndimage import distance_transform_edt
+
     averaged = theory.on(grid)
     at_nodes = np.zeros(grid.shape)
     for patch in theory.patches:
