@@ -605,8 +605,7 @@ def make_case_record(case: Case) -> dict[str, Any]:
             continue
         record[name] = value
         if name == "criteria":
-            own_records = {} if case.criteria.own is None else {"own": case.criteria.own_records}
-            record[name] = {key: inner for key, inner in value.items() if key != "own"} | own_records
+            record[name] = case.criteria.record
         if name == "opposite":
             record[name] = {key: inner for key, inner in value.items() if key not in _FILES or inner is not None}
         if name == "resolution":

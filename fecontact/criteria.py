@@ -557,15 +557,52 @@ class Criteria:
         """Limits of the measures that decide, by the name of the measure."""
         return self.common_limits | {criterion.key: criterion.limit for criterion in self.own or ()}
 
+    def keep_stored_own(self, stored: Criteria) -> Criteria:
+        """Criteria for stored results, with the stored criteria of a user if `own` is None.
+
+        Parameters
+        ----------
+        stored
+            Criteria with which the results were solved.
+
+        Returns
+        -------
+        Criteria
+            These criteria, or these criteria with the stored criteria of the user.
+        """
+        return self if self.own is not None else replace(self, own=stored.own)
+
+    def refuse_unsendable_own(self) -> None:
+        """Refuse criteria of a user whose functions worker processes cannot import.
+
+        Raises
+        ------
+        InputError
+            As in `OwnCriterion.refuse_unsendable`.
+        """
+        for criterion in self.own or ():
+            criterion.refuse_unsendable()
+
+    @property
+    def unavailable_own(self) -> tuple[str, ...]:
+        """Descriptions of the criteria of a user whose functions this process cannot import, with the remedy."""
+        return tuple(
+            f"own criterion {criterion.name} is not judged: {criterion.function.reason}; to judge by it, use"
+            " fecontact.judge(FOLDER, fecontact.Criteria(own=...)) in Python"
+            for criterion in self.own or ()
+            if isinstance(criterion.function, UnavailableFunction)
+        )
+
     @property
     def own_measures(self) -> list[str]:
         """Names of the measures of a user."""
         return [criterion.key for criterion in self.own or ()]
 
     @property
-    def own_records(self) -> list[dict[str, Any]]:
-        """Plain values of the criteria of a user, for a file."""
-        return [criterion.record for criterion in self.own or ()]
+    def record(self) -> dict[str, Any]:
+        """Plain values for a file; criteria of a user are included if they are given."""
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "own"}
+        return values if self.own is None else {**values, "own": [criterion.record for criterion in self.own]}
 
     @property
     def common_criteria(self) -> Criteria | None:

@@ -45,6 +45,7 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
             for side, hertz in sides.items()
         )
         yield f"the curvature is undefined at the contact point: {'; '.join(descriptions)}"
+    yield from load.case.criteria.unavailable_own
     yield from load.solved.limits
     yield from describe_solution_faults(load.solved)
     for loads in compare_patch_loads(load.solved.levels):

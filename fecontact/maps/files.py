@@ -111,5 +111,5 @@ def _remove_pictures(out: Path, name: str, *, has_yaws: bool) -> None:
         for ending in ("png", "svg", *["csv"] * bool(former_name)):
             (out / f"{name}{former_name}.{ending}").unlink(missing_ok=True)
     for ending in ("png", "svg"):
-        for path in out.glob(f"{name}_yaw_*mrad*.{ending}"):
+        for path in (*out.glob(f"{name}_yaw_*mrad*.{ending}"), *out.glob(f"{name}_own_*.{ending}")):
             path.unlink(missing_ok=True)

@@ -13,12 +13,12 @@ from typing import TypeAlias
 
 from fecontact.case import Case
 from fecontact.errors import FecontactError, MemoryShortageError, describe_failure
-from fecontact.feature_registry import load_offers
 from fecontact.inputs.texts import count_text
 from fecontact.judging.judge import add_readings
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.readings import VerdictReadingView
 from fecontact.maps.load_limits import choose_next_load, find_intervals, find_load_limit, list_usable_loads
+from fecontact.maps.measure_views import list_verdict_measures
 from fecontact.maps.model import LoadLimit, MapCell, MapPosition
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
@@ -27,7 +27,7 @@ from fecontact.solving.solve import LoadSweep, Stiffness, fit_stiffness
 def find_feature_limits(
     cells: Sequence[MapCell], tried: Sequence[JudgedLoad], placement: Placement, limit: LoadLimit
 ) -> dict[str, LoadLimit]:
-    """Loads at which Hertz holds by each verdict of features.
+    """Loads at which Hertz holds by each verdict of features and of a user's criteria.
 
     Loads of the search for pressure limits add information only between loads of the map with different verdicts.
 
@@ -45,12 +45,12 @@ def find_feature_limits(
     Returns
     -------
     dict of LoadLimit
-        Load limit by the name of the feature's verdict, for the verdicts that a load has.
+        Load limit by the measure of the map, for the verdicts that a load has.
     """
     judged_loads = [cell.judged for cell in cells if cell.judged is not None]
     return {
         name: _find_feature_limit(verdicts, cells, tried, placement, limit)
-        for name, verdicts in load_offers("MAPS").items()
+        for name, verdicts in (list_verdict_measures(judged_loads[0].case) if judged_loads else {}).items()
         if any(map(verdicts.read, judged_loads))
     }
 

@@ -11,9 +11,9 @@ from typing import TypeAlias
 from fecontact.case import Case
 from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import is_usable_status
-from fecontact.feature_registry import load_offers
 from fecontact.files import write_text
 from fecontact.judging.judged_load import JudgedLoad
+from fecontact.maps.measure_views import list_verdict_measures
 from fecontact.maps.model import ApplicabilityMap, build_cell_row
 from fecontact.maps.picture import cell_boxes, draw_map
 from fecontact.maps.sentences import capitalise
@@ -546,14 +546,13 @@ def _build_limits_table(applicability_map: ApplicabilityMap) -> Table:
     The columns are the shift in mm, the limit of the verdict on the pressure, and a limit for each feature's verdict
     that the case requests. Limits are texts in kN.
     """
-    feature_verdicts = [
-        name for name, verdict in load_offers("MAPS").items() if verdict.criterion(applicability_map.case)
-    ]
+    verdict_measures = list_verdict_measures(applicability_map.case)
+    feature_verdicts = [name for name, verdict in verdict_measures.items() if verdict.criterion(applicability_map.case)]
     views = [
         build_verdict_view(applicability_map),
         *(build_feature_view(applicability_map, name) for name in feature_verdicts),
     ]
-    headings = ("pressure", *(load_offers("MAPS")[name].short for name in feature_verdicts))
+    headings = ("pressure", *(verdict_measures[name].short for name in feature_verdicts))
     rows = [
         TableRow(cells=[f"{columns[0].shift_mm:+z.2f}", *(column.limit for column in columns)])
         for columns in zip(*(view.columns for view in views), strict=True)

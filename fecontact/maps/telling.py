@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 
 from fecontact.contact_theories.approximation import TheoryPatch
 from fecontact.contact_theories.registry import ELLIPSE_THEORIES, HERTZ, MULTI_HERTZ, THEORIES
-from fecontact.feature_registry import load_offers
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.measures import read_theory_measures
 from fecontact.judging.readings import LawReadingView
 from fecontact.judging.verdict import Judgement, TheoryAnswer, find_cheapest_theory, list_theory_answers
+from fecontact.maps.measure_views import list_verdict_measures
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.outputs.alone import SIZE_MEASURES, contact_point_columns, ellipse_columns
 from fecontact.outputs.case_words import roll_words
@@ -95,7 +94,7 @@ def build_map_record(applicability_map: ApplicabilityMap, provenance: Record | N
             build_limit_record(position.lateral_shift_mm, position.limits_of.get(name, position.limit))
             for position in applicability_map.positions
         ]
-        for name, verdicts in load_offers("MAPS").items()
+        for name, verdicts in list_verdict_measures(applicability_map.case).items()
         if verdicts.criterion(applicability_map.case) is not None
     }
     # Loads of first yield, and loads at which yielding reaches a limit.
@@ -112,7 +111,7 @@ def build_map_record(applicability_map: ApplicabilityMap, provenance: Record | N
             if key not in ("lateral_shift_mm", "load_N")
         },
         "roll": roll_words(applicability_map.case),
-        "criteria": asdict(applicability_map.case.criteria),
+        "criteria": applicability_map.case.criteria.record,
         **select_attributes(applicability_map, "lateral_shifts_mm loads_N"),
         "cells": [build_cell_record(cell) for cell in applicability_map.cells],
         "limits": [

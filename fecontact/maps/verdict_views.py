@@ -8,12 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.feature_registry import load_offers
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.ladder import PLASTIC_STEP
 from fecontact.judging.readings import VerdictReadingView
 from fecontact.judging.verdict import ELEMENTS_CAUSE, JUNCTION_CAUSE, PLASTIC_VALIDITY, PROFILE_CAUSE, Judgement
 from fecontact.maps.load_limits import find_intervals
+from fecontact.maps.measure_views import list_verdict_measures
 from fecontact.maps.model import FIRST_YIELD, ApplicabilityMap, LoadLimit, MapCell, MapPosition
 from fecontact.maps.telling import describe_ellipse_theories, find_ellipse_theory, select_judgement
 from fecontact.maps.view import YIELD_WORDS, Band, CellView, ColumnView, MapView, format_utilisation
@@ -89,7 +89,7 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
 
 
 def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
-    """View of the verdicts on Hertz by a feature, with the limit utilisation.
+    """View of the verdicts on Hertz by a feature or a user's criterion, with the limit utilisation.
 
     The load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
 
@@ -98,14 +98,14 @@ def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapVie
     applicability_map
         Map.
     name
-        Name of the feature's verdict.
+        Measure of the map.
 
     Returns
     -------
     MapView
         View.
     """
-    verdicts: VerdictReadingView = load_offers("MAPS")[name]
+    verdicts = list_verdict_measures(applicability_map.case)[name]
     criterion = verdicts.criterion(applicability_map.case)
     return _build_view(
         applicability_map,
@@ -118,7 +118,8 @@ def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapVie
         number="limit utilisation of Hertz;\nabove 1 it does not hold",
         notes=[
             f"{_SIGN_WORDS} {verdicts.lost}; number: limit utilisation, limit {criterion}",
-            f"cause: {', '.join(f'{letter} {cause}' for cause, (letter, _) in verdicts.causes.items())}",
+            *[f"cause: {', '.join(f'{letter} {cause}' for cause, (letter, _) in verdicts.causes.items())}"]
+            * bool(verdicts.causes),
         ],
     )
 

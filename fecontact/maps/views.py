@@ -9,6 +9,7 @@ from fecontact.contact_theories.registry import HERTZ, THEORIES
 from fecontact.errors import InputError
 from fecontact.feature_registry import load_offers
 from fecontact.judging.readings import NumberReadingView
+from fecontact.maps.measure_views import list_verdict_measures
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.number_views import build_number_view, write_number_sentences
 from fecontact.maps.sentences import write_theory_sentences, write_verdict_sentences, write_yaw_sentences
@@ -40,7 +41,7 @@ def refuse_measure(case: Case, measure: str, theory: str = HERTZ) -> None:
         If the measure does not exist or the case does not request it, or if a theory is given with another measure than
         `pressure`. The message has the remedy.
     """
-    feature_measures = load_offers("MAPS") | load_offers("NUMBERS")
+    feature_measures = {**list_verdict_measures(case), **load_offers("NUMBERS")}
     if measure not in ("pressure", "theory", *feature_measures):
         raise InputError(f"measure is {measure!r}; allowed: {', '.join(('pressure', 'theory', *feature_measures))}")
     if measure in feature_measures and feature_measures[measure].criterion(case) is None:
@@ -78,7 +79,7 @@ def build_views(
     }
     views |= {
         name: build_feature_view(applicability_map, name)
-        for name, verdict in load_offers("MAPS").items()
+        for name, verdict in list_verdict_measures(applicability_map.case).items()
         if verdict.criterion(applicability_map.case)
     }
     views |= {
@@ -185,17 +186,17 @@ def write_map_answer(applicability_map: ApplicabilityMap, measure: str, theory: 
     view = build_map_view(applicability_map, measure, theory)
     if measure == "theory":
         return write_theory_sentences(view)
-    name = _name_answer(measure, theory)
+    name = _name_answer(applicability_map.case, measure, theory)
     bodies = describe_bodies(applicability_map, theory == HERTZ).removeprefix(", ") if measure == "pressure" else ""
     notes = [f"Verdicts are {bodies}."] if bodies else []
     return write_verdict_sentences(applicability_map, view, name, why=measure == "pressure" and theory == HERTZ) + notes
 
 
-def _name_answer(measure: str, theory: str) -> str:
+def _name_answer(case: Case, measure: str, theory: str) -> str:
     """Name of the theory or force of a measure, in a sentence."""
     if measure == "theory":
         return "the cheapest theory that holds"
-    return str(THEORIES[theory].in_sentence if measure == "pressure" else load_offers("MAPS")[measure].name)
+    return str(THEORIES[theory].in_sentence if measure == "pressure" else list_verdict_measures(case)[measure].name)
 
 
 def write_yaw_answer(yaw_map: YawMap, measure: str, theory: str = HERTZ) -> list[str]:
@@ -219,7 +220,9 @@ def write_yaw_answer(yaw_map: YawMap, measure: str, theory: str = HERTZ) -> list
         # a number has no verdict that changes
         measure = "pressure"
     views = {single_map.yaw_mrad: build_map_view(single_map, measure, theory) for single_map in yaw_map.maps}
-    return write_yaw_sentences(views, _name_answer(measure, theory), of_theories=measure == "theory")
+    return write_yaw_sentences(
+        views, _name_answer(yaw_map.maps[0].case, measure, theory), of_theories=measure == "theory"
+    )
 
 
 def format_map(

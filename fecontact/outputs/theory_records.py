@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
+from fecontact.criteria import is_own
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
@@ -46,8 +47,8 @@ def deciding_hertz(record: TableRecord) -> TableRecord:
 
 
 def select_measures(theory: TableRecord) -> Record:
-    """Measures in the record of a theory."""
-    return {name: theory[name] for name in MEASURES if name in theory}
+    """Measures in the record of a theory, with the measures of a user."""
+    return {name: value for name, value in theory.items() if name in MEASURES or is_own(name)}
 
 
 def has_measures(theory: TableRecord, contact: Record) -> bool:
@@ -65,7 +66,7 @@ def has_measures(theory: TableRecord, contact: Record) -> bool:
     bool
         False if a measure is missing or differs.
     """
-    theory_measures = select_measures(theory)
+    theory_measures = {name: theory[name] for name in MEASURES if name in theory}
     return contact.keys() == theory_measures.keys() and all(
         math.isclose(value, theory_measures[name], rel_tol=1e-9) for name, value in contact.items()
     )

@@ -205,7 +205,22 @@ def limits_text(criteria: Criteria) -> str:
 
 def unknown_text(measures: Iterable[str]) -> str:
     """Message that a stored result lacks measures, with the remedy."""
-    return f"the stored result does not have {names_text(measures)}; to judge by them, solve the case again"
+    measures = [*measures]
+    texts = [
+        f"{names_text(names)} {remedy}"
+        for names, remedy in (
+            (
+                [measure for measure in measures if not is_own(measure)],
+                "is not in the stored result; to judge by it, solve the case again",
+            ),
+            (
+                [measure for measure in measures if is_own(measure)],
+                "is not judged: its function cannot be imported here",
+            ),
+        )
+        if names
+    ]
+    return "; ".join(texts)
 
 
 def deviation_columns(measure: str) -> tuple[str, str, float]:

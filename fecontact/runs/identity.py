@@ -135,7 +135,7 @@ def determine_origin(case: Case) -> Origin:
         solved_by = {**solved_by, SOLVING_SOURCE: digest_json([read_digests().solving, read_digests().evaluating])}
         # and so are the deviations of theories in a user's measures
         solved_by |= {f"own criterion {criterion.name}": criterion.digest for criterion in case.criteria.own or ()}
-    criteria = {f"criterion {name}": repr(limit) for name, limit in asdict(case.criteria).items() if name != "own"}
+    criteria = {f"criterion {name}": repr(limit) for name, limit in case.criteria.record.items() if name != "own"}
     criteria |= {
         f"own criterion {criterion.name}": f"{criterion.digest}, limit {criterion.limit!r}"
         for criterion in case.criteria.own or ()

@@ -21,7 +21,7 @@ from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
 from fecontact.runs.casefile import list_feature_result_files, list_result_files
 from fecontact.runs.report import report_judged
-from fecontact.runs.store import RECORD_FILE, ROW_FILE, name_case_folder, read_case
+from fecontact.runs.store import RECORD_FILE, ROW_FILE, list_unavailable_criteria, name_case_folder, read_case
 from fecontact.runs.stored_folder import describe_unusable_result, read_stored_study
 
 # Number of cases from which on processes save time: a case takes some hundredths of a second, with creep forces
@@ -43,21 +43,19 @@ class JudgedStudy:
         Old and new verdict by id, for cases with two different verdicts.
     missing
         Number of cases of the study without a row, since the study still runs or was interrupted.
+    problems
+        Criteria of a user that are not judged, with the reason.
     """
 
     rows: tuple[Row, ...]
     changed: dict[str, tuple[str, str]]
     missing: int = 0
+    problems: tuple[str, ...] = ()
 
     @property
     def all_judged(self) -> bool:
         """Whether every case was judged and may be used."""
-        return not self.missing and all(is_usable_status(row) for row in self.rows)
-
-    @property
-    def problems(self) -> tuple[str, ...]:
-        """Always empty, since rows have a status."""
-        return ()
+        return not self.missing and not self.problems and all(is_usable_status(row) for row in self.rows)
 
     @property
     def words(self) -> str:
@@ -138,7 +136,12 @@ def judge_study(
     if out is not None:
         write_tables(name, cases, rows, out / "study")
         report_judged(name, rows, folders, out, criteria, creep)
-    return JudgedStudy(rows=tuple(rows), changed=changed, missing=cases - len(rows))
+    return JudgedStudy(
+        rows=tuple(rows),
+        changed=changed,
+        missing=cases - len(rows),
+        problems=list_unavailable_criteria(folders, criteria),
+    )
 
 
 def list_stored_cases(folder: Path) -> tuple[str, Sequence[Row], list[Path], int]:

@@ -66,7 +66,7 @@ def judge(
     folder
         Folder that fecontact wrote; it stays unchanged.
     criteria
-        Criteria; the defaults if not given.
+        Criteria; the defaults if not given. Stored criteria of a user stay if `own` is None.
     creep
         Friction and creepages; without friction the stored values of each case are used.
     measure
@@ -103,6 +103,7 @@ def judge(
     folder, out = Path(folder), None if out is None else Path(out)
     criteria, creep = criteria or Criteria(), creep or Creep()
     creep.refuse_unheard()
+    criteria.refuse_unsendable_own()
     given_creep = creep if creep.asked else None
     refuse_output_folder(folder, out)
     if (folder / "map.json").is_file():

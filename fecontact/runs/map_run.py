@@ -230,7 +230,11 @@ class _MapRun:
         dear, pictured, base_case = self.dear, self._pictured, self.base_case
         work = PositionWork(case=case, name=name, loads_N=self.loads_N, dear=dear, pictured=pictured)
         read_folder = partial(
-            read_pictured_position, criteria=base_case.criteria, creep=base_case.creep, dear=dear, pictured=pictured
+            read_pictured_position,
+            criteria=replace(base_case.criteria, own=base_case.criteria.own or ()),
+            creep=base_case.creep,
+            dear=dear,
+            pictured=pictured,
         )
         job = make_job(case, name_position_folder(self.out, name), work)
         has_retry = has_open_loads(job.folder) and check_stored_job(job.folder, job.name, job.origin).problem is None

@@ -7,7 +7,7 @@ them. Results are judged again from them, by different criteria or a newer evalu
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case, read_case_record
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.criteria import Creep, Criteria
+from fecontact.criteria import Creep, Criteria, restore_criterion
 from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import is_file_name, read_json, write_json
@@ -130,13 +130,42 @@ def judge_again(read_result: Callable[..., Solved], finished: Path, case: Case) 
         The result. None if it has another layout, or if a new solution would refine its meshes further.
     """
     try:
-        result = read_result(finished, criteria=case.criteria, creep=case.creep)
+        # a study without criteria of a user does not keep stored ones
+        criteria = replace(case.criteria, own=case.criteria.own or ())
+        result = read_result(finished, criteria=criteria, creep=case.creep)
     except InputError:
         # the result has another layout
         return None
     placement = result.placement
     is_refined_further = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
     return None if is_refined_further else result
+
+
+def list_unavailable_criteria(folders: Iterable[Path], criteria: Criteria) -> tuple[str, ...]:
+    """List stored criteria of a user that cannot be judged here.
+
+    Parameters
+    ----------
+    folders
+        Folders of stored cases or positions.
+    criteria
+        Criteria by which they are judged.
+
+    Returns
+    -------
+    tuple of str
+        Descriptions with the remedy, each once; empty if `criteria` replace the stored criteria of the user.
+    """
+    if criteria.own is not None:
+        return criteria.unavailable_own
+    own_records = [
+        own_record
+        for folder in folders
+        if (folder / SOLUTION_FILE).is_file()
+        for own_record in read_solution(folder)["case"]["criteria"].get("own", ())
+    ]
+    stored = (replace(criteria, own=(restore_criterion(own_record),)) for own_record in own_records)
+    return tuple(dict.fromkeys(text for stored_criteria in stored for text in stored_criteria.unavailable_own))
 
 
 def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()) -> None:
@@ -180,7 +209,13 @@ def make_job(case: Case, folder: Path, work: Work, *, label: str = "", group: st
     -------
     Job
         The job.
+
+    Raises
+    ------
+    InputError
+        If workers cannot import the function of a user's criterion.
     """
+    case.criteria.refuse_unsendable_own()
     return Job(
         name=folder.name,
         folder=folder.absolute(),
@@ -404,7 +439,8 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Cr
     folder
         Folder of the case.
     criteria, creep
-        Criteria, and friction with creepages; the stored values if not given.
+        Criteria, and friction with creepages; the stored values if not given. Criteria with `own` None keep the stored
+        criteria of the user.
 
     Returns
     -------
@@ -446,7 +482,8 @@ def read_stored(
     record = read_solution(folder)
     with refuse_changed_files(folder, "solve it again"):
         stored_case = read_stored_case(folder, record["case"])
-        case = replace(stored_case, criteria=criteria or stored_case.criteria, creep=creep or stored_case.creep)
+        new_criteria = stored_case.criteria if criteria is None else criteria.keep_stored_own(stored_case.criteria)
+        case = replace(stored_case, criteria=new_criteria, creep=creep or stored_case.creep)
         placement = None if record["placement"] is None else restore_placement(case, record["placement"])
         return make_result(
             StoredPosition(

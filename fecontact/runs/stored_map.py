@@ -54,7 +54,7 @@ class JudgedMap:
     @property
     def all_judged(self) -> bool:
         """Whether every cell was judged and may be used."""
-        return self.map.all_solved
+        return self.map.all_solved and not self.map.case.criteria.unavailable_own
 
     @property
     def words(self) -> str:
@@ -155,7 +155,8 @@ def judge_map(
     if out is not None:
         write_map(new_map, out, theory=theory)
         write_result_report(new_map, out, theory=theory)
-    return JudgedMap(map=new_map, problems=tuple(problems.values()), measure=measure, theory=theory)
+    own_problems = new_map.case.criteria.unavailable_own
+    return JudgedMap(map=new_map, problems=(*problems.values(), *own_problems), measure=measure, theory=theory)
 
 
 def read_map_document(folder: Path) -> Mapping[str, Any]:
@@ -251,7 +252,9 @@ def read_map(
         base_case = replace(
             stored_base_case,
             lateral_shift_mm=0.0,
-            criteria=criteria or stored_base_case.criteria,
+            criteria=stored_base_case.criteria
+            if criteria is None
+            else criteria.keep_stored_own(stored_base_case.criteria),
             creep=creep or stored_base_case.creep,
         )
         maps = tuple(

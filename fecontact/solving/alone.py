@@ -244,6 +244,7 @@ def iterate_table_rows(
     ContactTableRow
         Line with its problem if a wheel cannot stand, or if no ellipse fits.
     """
+    case.criteria.refuse_own("a contact table without finite elements")
     needs_placement_per_load = case.roll == "loaded" and case.roll_load_N is None
     for shift_mm, yaw_rad in product(lateral_shifts_mm, [case.yaw_rad] if yaws_rad is None else yaws_rad):
         placement: Placement | str | None = None

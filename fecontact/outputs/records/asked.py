@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
+from fecontact.criteria import is_own
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
@@ -80,6 +81,6 @@ def requested_row(row: TableRecord) -> TableRecord:
         hertz_column, measure = name.removeprefix("plastic_hertz_"), name.removeprefix("plastic_")
         if name.startswith("plastic_hertz_") and hertz_column.startswith(prefixes):
             replaced[f"{HERTZ}_{hertz_column}"] = value
-        elif name != measure and measure in MEASURES:
+        elif name != measure and (measure in MEASURES or is_own(measure)):
             replaced[f"fe_{measure}"] = value
     return {**row, **replaced}
