@@ -36,8 +36,8 @@ from fecontact.solving.position import expect_on_half_space, make_true_gap
 MEASURES = ("p_max_MPa", "area_mm2")
 EXACT = ("hertz", "equivalent_ellipse", "stripes", "analyn", "kpec")
 STRIPS = {"p_max_MPa": 0.05, "area_mm2": 0.10}
-# from this turn of the surface within a patch on the range says 13 % of the area
-TURNED_RAD, TURNED_AREA = 0.25, 0.14
+# from this turn of the surface within a patch on the range says 6 % of the peak and 13 % of the area
+TURNED_RAD, TURNED = 0.25, {"p_max_MPa": 0.065, "area_mm2": 0.14}
 # the curvature across counts as constant if it varies by less over the patch; peak and area vary by less than that
 CONSTANT = 0.02
 # of a theory on constant curvature; of the half-space, whose area is read from 16 nodes per semi-axis to 0.33 %; and
@@ -140,8 +140,8 @@ def wrong_numbers(at: RandomPosition, answers: Counter[str]) -> Iterator[str]:
             limit = STRIPS[measure]
             if close:
                 limit = OF_THEORY + OF_READING[measure] + at.variation + of_shape
-            elif measure == "area_mm2" and at.turn_rad > TURNED_RAD:
-                limit = TURNED_AREA
+            elif at.turn_rad > TURNED_RAD:
+                limit = TURNED[measure]
             if not abs(error[measure] - expected[measure]) < limit:
                 yield f"{name} {measure} {error[measure]:+.4f}, {expected[measure]:+.4f} within {limit:.4f}: {at.case}"
 
@@ -316,3 +316,71 @@ def test_a_patch_that_has_just_closed_has_no_certain_area():
     # under a larger load the light patch is far from opening
     heavier = THEORIES["strip"].approximate(load_position(replace(case, load_N=250e3)))
     assert heavier.status == "solved"
+
+
+@pytest.mark.parametrize(
+    ("case", "theory", "reason"),
+    [
+        # a lobe 0.3 mm wide at the edge of a patch 16 mm wide: 7 % of the peak is missing on 100 strips
+        (Case(rail="A150", wheel="APTA240", lateral_shift_mm=-4.87, load_N=100e3, load_kind="normal"), "strip", ""),
+        # ANALYN's region joins the patch: its neck is 4 % as long
+        (
+            Case(
+                rail="49E5",
+                wheel="EN15302_B",
+                inclination_rad=1 / 30,
+                lateral_shift_mm=2.63,
+                load_N=250e3,
+                side="right",
+            ),
+            "analyn",
+            "5.5 % of the area is a region of contact without a minimum of the gap",
+        ),
+        # published digits leave a step on the flange: 11.8 GPa on nodes of 0.2 um, 15.8 GPa on nodes of 0.1 um
+        (
+            Case(rail="50E1", wheel="EN15302_B", lateral_shift_mm=6.21, load_N=2e3, load_kind="normal"),
+            "strip",
+            "wheel EN15302_B has a step of 0.82 µm in the patch, at y = -39.8 mm",
+        ),
+        # a vertical load on a flank of 70 degrees lowers the wheel by three times the approach, onto its tread
+        (
+            Case(
+                rail="54E5",
+                wheel="S1002_h29",
+                inclination_rad=1 / 20,
+                lateral_shift_mm=-6.53,
+                load_N=20e3,
+                side="right",
+            ),
+            "hertz",
+            "2 contact points are closed at the approach of the ellipse",
+        ),
+        # STRIPES ends its patch before a concave part, beyond which the half-space carries 12 % of the area
+        (
+            Case(
+                rail="50E2",
+                wheel="S1002_h32",
+                inclination_rad=1 / 20,
+                lateral_shift_mm=4.12,
+                load_N=160e3,
+                load_kind="normal",
+            ),
+            "stripes",
+            "41 % of the overlap of the undeformed bodies is flat or concave",
+        ),
+    ],
+)
+def test_random_positions_at_which_theories_were_less_exact_than_promised(case, theory, reason):
+    placement = place_case(case)
+    loaded = LoadedPlacement(
+        placement=placement,
+        case=case,
+        normal_force_N=case.load_N
+        / float(placement.first.normal @ placement.load_direction(normal=case.load_kind == "normal")),
+    )
+    contact = THEORIES[theory].approximate(loaded)
+    assert contact.status == ("out of range" if reason else "solved")
+    assert any(reason in note for note in contact.notes) == bool(reason)
+    if not reason:
+        # the half-space has 975.1 MPa on 16 to 64 nodes per semi-axis
+        assert contact.patches[0].p_max_MPa == pytest.approx(975.1, rel=0.01)

@@ -8,6 +8,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
 
 from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
@@ -50,7 +52,7 @@ def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     ANALYN), which limits curvatures to at least 1e-4 1/mm, as here. The treatment of a concave gap in the paper was not
     found. Range: a gap that is convex in the whole patch, and one region of contact for each minimum of the gap. Patch
     and peak jump where the curvature jumps. Exact for constant curvature in the patch and around it: beyond a jump to a
-    flatter surface just outside the patch, the theory has a further region of contact, which makes the area 2 to 5 %
+    flatter surface at the edge of the patch, the theory has a further region of contact, which makes the area 2 to 5 %
     too large (wheel EN15302_C on 54E5, 56E1 and CHN60).
 
     Examples
@@ -84,7 +86,7 @@ def _region_notes(line: GapLine, half_length_mm: Floats) -> list[str]:
     theory is out of its range.
     """
     f, artificial_regions = line.f_mm, set()
-    for regions in pairwise(find_runs(half_length_mm > 0.0)):
+    for regions in pairwise(find_runs((half_length_mm > 0.0) & ~_find_necks(half_length_mm))):
         (_, last), (next_first, _) = regions
         *_, (least_gap, farther_region) = sorted((f[low : high + 1].min(), (low, high)) for low, high in regions)
         if f[last + 1 : next_first].max() < least_gap:
@@ -97,3 +99,14 @@ def _region_notes(line: GapLine, half_length_mm: Floats) -> list[str]:
         f"{100.0 * share:.1f} % of the area is a region of contact without a minimum of the gap: it follows from a jump"
         " of the curvature alone"
     ]
+
+
+def _find_necks(half_length_mm: Floats) -> NDArray[np.bool_]:
+    """Mask (n,) of the necks between regions of contact.
+
+    A neck is a least half length that is below half of the largest half length on both sides.
+    """
+    necks, properties = find_peaks(-half_length_mm, prominence=0.0)
+    is_neck = np.zeros(half_length_mm.size, bool)
+    is_neck[necks[properties["prominences"] > half_length_mm[necks]]] = True
+    return is_neck

@@ -15,6 +15,10 @@ from fecontact.contact_theories.gap_line import (
 )
 from fecontact.errors import check_positive
 
+# Largest share of flat or concave places in the overlap. With 5 to 41 % of them, three random library positions had an
+# area 10 to 55 % too small (seeds 108, 118 and 122 of the test).
+_MAX_FLAT_SHARE = 0.05
+
 
 def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     """Contact by STRIPES at an approach.
@@ -44,8 +48,9 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     -----
     Class of cost: closed form. Source: Ayasse and Chollet (2005) as cited by others, with constants that give Hertz.
     The rule of the paper for smoothing the curvature was not found, and the curvature is not smoothed; the rule would
-    change the peak by 5 to 15 % at junctions. Range: a gap that is convex in the whole patch; the peak is too high if
-    the curvature rises inside the patch. Exact for constant curvature.
+    change the peak by 5 to 15 % at junctions. Range: a gap that is convex in the whole patch, and in 95 % of the places
+    where the undeformed bodies overlap; the peak is too high if the curvature rises inside the patch. Exact for
+    constant curvature.
 
     Examples
     --------
@@ -66,4 +71,21 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm, MIN_B_PER_MM))
     pressure_shape = np.divide(depth, a, out=np.zeros_like(f), where=is_in_contact)
     pressure = line.contact_modulus_MPa * pressure_shape / (ellipses.integral * ellipses.part_t)
-    return build_strip_contact(line, approach_mm, a, pressure, line.concave_notes(is_in_contact))
+    range_notes = line.concave_notes(is_in_contact) or _overlap_notes(line, approach_mm)
+    return build_strip_contact(line, approach_mm, a, pressure, range_notes)
+
+
+def _overlap_notes(line: GapLine, approach_mm: float) -> list[str]:
+    """Note on flat or concave places beyond the patch where the undeformed bodies overlap.
+
+    The patch ends where the gap exceeds a fraction of the approach, which is calculated from the curvature at the
+    contact point. Beyond a flat or concave place the gap grows more slowly, and the true patch may continue.
+    """
+    is_overlapping = line.f_mm < approach_mm
+    share = np.count_nonzero(line.B_per_mm[is_overlapping] < MIN_B_PER_MM) / np.count_nonzero(is_overlapping)
+    if share <= _MAX_FLAT_SHARE:
+        return []
+    return [
+        f"{100.0 * share:.0f} % of the overlap of the undeformed bodies is flat or concave across: the patch may"
+        " continue there"
+    ]

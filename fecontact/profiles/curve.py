@@ -76,6 +76,8 @@ class Junction:
         Angle of the tangent on both sides (rad).
     curvature_left_per_mm, curvature_right_per_mm
         Curvature on both sides (1/mm), positive if the body is convex.
+    step_mm
+        Distance between the ends of both segments (mm), from the digits of published coordinates.
     """
 
     y_mm: float
@@ -84,6 +86,7 @@ class Junction:
     angle_right_rad: float
     curvature_left_per_mm: float
     curvature_right_per_mm: float
+    step_mm: float = 0.0
 
     @property
     def turn_rad(self) -> float:
@@ -361,6 +364,7 @@ class Profile:
                 angle_right_rad=float(right.angle_rad[i]),
                 curvature_left_per_mm=float(self.convex_sign * left.curvature_per_mm[i] + 0.0),
                 curvature_right_per_mm=float(self.convex_sign * right.curvature_per_mm[i] + 0.0),
+                step_mm=float(np.hypot(right.y[i] - left.y[i], right.z[i] - left.z[i])),
             )
             jump = abs(junction.curvature_right_per_mm - junction.curvature_left_per_mm)
             if junction.is_corner or jump > CURVATURE_JUMP_PER_MM:
