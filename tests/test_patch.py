@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pytest
+import scipy.ndimage
 from rungs import rung_with
 from scipy.signal import find_peaks, peak_prominences
 
@@ -602,14 +603,14 @@ def test_the_overlap_on_many_nodes_takes_no_more_points_than_it_needs(monkeypatc
 
     Before, 1.3 million nodes gave 83 million points, and took 5 s.
     """
-    sizes, fine = [], comparison.zoom
+    sizes, fine = [], scipy.ndimage.zoom
 
     def count_points(values, factors, **how):
         fine_values = fine(values, factors, **how)
         sizes.append(fine_values.size)
         return fine_values
 
-    monkeypatch.setattr(comparison, "zoom", count_points)
+    monkeypatch.setattr(scipy.ndimage, "zoom", count_points)
     hertz = replace(hertz_ellipse(1e-3, 1e-3, normal_force_N=1e3, contact_modulus_MPa=115e3), a_mm=2.0, b_mm=2.0)
     for nodes in (121, 601):
         line = np.linspace(-3.2, 3.2, nodes)

@@ -17,6 +17,7 @@ from fecontact.fe.stiffness import assemble_stiffness
 from fecontact.fe.stress import PlasticLaw, PlasticState, PlasticZone
 from fecontact.judging import verdict
 from fecontact.judging.measures import read_measures
+from fecontact.judging.own_measures import NO_OWN_MEASURES
 from fecontact.judging.yielded import YieldedBody
 from fecontact.outputs.cases import plastic_tables
 from fecontact.outputs.records.results import load_record, load_row
@@ -292,15 +293,17 @@ def test_each_part_of_the_uncertainty_of_the_plastic_step(monkeypatch):
         yielded = SimpleNamespace(fe=change, fewer_steps=change_in_fewer_steps)
         return SimpleNamespace(yielded=yielded)
 
-    monkeypatch.setattr(verdict, "_plastic_step", lambda level, rung, theory: {"p_max_MPa": rung, "area_mm2": -rung})
+    monkeypatch.setattr(verdict, "_plastic_step", lambda level, rung, *_: {"p_max_MPa": rung, "area_mm2": -rung})
     monkeypatch.setattr(verdict, "_plastic_step_on_elements", lambda level: {"p_max_MPa": -0.203})
     monkeypatch.setattr(verdict, "_elements_per_semi_axis", lambda level: 8.0)
     # 1.6 of the step over the elements squared is 0.005 here
-    uncertainty = verdict._plastic_step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None)
+    uncertainty = verdict._plastic_step_uncertainty([level(-0.2), level(-0.206, -0.2064)], None, NO_OWN_MEASURES)
     assert uncertainty == pytest.approx({"p_max_MPa": 0.006 + 0.5 * 0.0004 + 0.003 + 1e-4, "area_mm2": 0.0063})
-    alike = verdict._plastic_step_uncertainty([level(-0.2), level(-0.2001)], None)
+    alike = verdict._plastic_step_uncertainty([level(-0.2), level(-0.2001)], None, NO_OWN_MEASURES)
     assert alike == pytest.approx({"p_max_MPa": 0.005 + 0.003 + 1e-4, "area_mm2": 0.0051})
-    assert all(np.isnan(value) for value in verdict._plastic_step_uncertainty([level(-0.2)], None).values())
+    assert all(
+        np.isnan(value) for value in verdict._plastic_step_uncertainty([level(-0.2)], None, NO_OWN_MEASURES).values()
+    )
 
 
 @pytest.mark.slow
