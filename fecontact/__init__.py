@@ -79,7 +79,7 @@ if TYPE_CHECKING:
     from fecontact import plot
     from fecontact.bodies import BodySize, Material, Track
     from fecontact.case import Case, Opposite
-    from fecontact.criteria import ContactField, Creep, Criteria, OwnCriterion
+    from fecontact.criteria import Creep, Criteria
     from fecontact.features.creep.running import creep as creep
     from fecontact.features.curves.conditions import Conditions as Conditions
     from fecontact.features.curves.running import curve as curve
@@ -88,6 +88,7 @@ if TYPE_CHECKING:
     from fecontact.outputs.mesh_dataset import mesh
     from fecontact.outputs.records.result_schema import result_schema
     from fecontact.outputs.records.results import rows
+    from fecontact.own_criterion import ContactField, OwnCriterion
     from fecontact.placement.irregularity import Irregularity
     from fecontact.profiles.library import profile
     from fecontact.profiles.reading import Reading
@@ -141,13 +142,13 @@ _HOMES = {
     "BodySize": "bodies.BodySize",
     "Case": "case.Case",
     "CaseResult": "solving.solve.CaseResult",
-    "ContactField": "criteria.ContactField",
+    "ContactField": "own_criterion.ContactField",
     "Creep": "criteria.Creep",
     "Criteria": "criteria.Criteria",
     "Irregularity": "placement.irregularity.Irregularity",
     "Material": "bodies.Material",
     "Opposite": "case.Opposite",
-    "OwnCriterion": "criteria.OwnCriterion",
+    "OwnCriterion": "own_criterion.OwnCriterion",
     "Reading": "profiles.reading.Reading",
     "Track": "bodies.Track",
     "geometry": "solving.wheelset_geometry.geometry",

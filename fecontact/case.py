@@ -16,7 +16,7 @@ from typing import Any, Literal, get_args
 from fecontact.bodies import ROLLING_RADIUS_MM, STEEL, Material, TrackSide, combine_moduli_MPa
 from fecontact.bodies import BodySize as BodySize
 from fecontact.bodies import Track as Track
-from fecontact.criteria import Creep, restore_criterion
+from fecontact.criteria import Creep
 from fecontact.criteria import Criteria as Criteria
 from fecontact.errors import InputError
 from fecontact.inputs.kinds import (
@@ -31,6 +31,7 @@ from fecontact.inputs.kinds import (
 )
 from fecontact.inputs.slots import InputPlace, input_dataclass, list_input_places, nested_inputs
 from fecontact.inputs.texts import INCLINATION_FORMS, explain_former_name, format_inclination, parse_inclination
+from fecontact.own_criterion import restore_criterion
 from fecontact.placement.irregularity import IRREGULARITY_FORMS, Irregularity, format_irregularity, read_irregularity
 from fecontact.profiles.reading import Reading, can_form_wheelset
 

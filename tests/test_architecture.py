@@ -19,7 +19,10 @@ PACKAGE = Path(__file__).parents[1] / "fecontact"
 # Each folder, or file beside the folders, and what it may use, from the ground up: all of it stands before it here.
 # Features are found by the registry, so that what lies below them asks the registry and imports none of them.
 BASE = ("arrays", "errors", "process", "packages", "feature_registry", "files", "inputs", "bodies")
-PHYSICS = ("profiles", "placement", "criteria", "case", "contact", "fe", "contact_theories", "judging", "solving")
+PHYSICS = (
+    *("profiles", "placement", "own_criterion", "criteria", "case", "contact", "fe", "contact_theories"),
+    *("judging", "solving"),
+)
 WORK = ("jobs", "regression", "outputs", "console", "maps", "runs")
 ROOMS: dict[str, set[str]] = {
     "arrays": set(),
@@ -34,15 +37,16 @@ ROOMS: dict[str, set[str]] = {
     "bodies": {"errors", "inputs"},
     "profiles": {"arrays", "errors", "files", "inputs"},
     "placement": {"arrays", "errors", "files", "inputs", "bodies", "profiles"},
-    "criteria": {"errors", "feature_registry", "inputs"},
-    "case": {"errors", "inputs", "bodies", "profiles", "placement", "criteria"},
+    "own_criterion": {"errors"},
+    "criteria": {"errors", "feature_registry", "inputs", "own_criterion"},
+    "case": {"errors", "inputs", "bodies", "profiles", "placement", "own_criterion", "criteria"},
     "contact": {"arrays", "errors"},
     # theories and finite elements meet nowhere below the judges
     "fe": {"arrays", "errors", "process", "bodies", "profiles", "placement", "contact"},
     "contact_theories": {"arrays", "errors", "bodies", "placement", "case", "contact"},
     "judging": {
-        *("arrays", "errors", "feature_registry", "bodies", "placement", "criteria", "case", "contact"),
-        "contact_theories",
+        *("arrays", "errors", "feature_registry", "bodies", "placement", "own_criterion", "criteria"),
+        *("case", "contact", "contact_theories"),
     },
     "solving": {
         *("arrays", "errors", "packages", "feature_registry", "bodies", "profiles", "placement", "case", "contact"),
@@ -61,6 +65,7 @@ ROOMS: dict[str, set[str]] = {
             "bodies",
             "profiles",
             "placement",
+            "own_criterion",
             "criteria",
             "case",
         ),
@@ -72,8 +77,8 @@ ROOMS: dict[str, set[str]] = {
         *("judging", "solving", "outputs"),
     },
     "runs": {
-        *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "placement", "criteria", "case"),
-        *("fe", "contact_theories", "judging", "solving", "jobs", "regression", "outputs", "maps"),
+        *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "placement", "own_criterion"),
+        *("criteria", "case", "fe", "contact_theories", "judging", "solving", "jobs", "regression", "outputs", "maps"),
     },
     # the folder itself; each feature is a room of its own
     "features": set(),
@@ -94,8 +99,8 @@ ROOMS |= {
     # features for the types of their public names alone; the import of a removed feature is one of their folder
     "__init__": {
         "features",
-        *("feature_registry", "bodies", "profiles", "placement", "criteria", "case", "solving", "outputs", "runs"),
-        *("plot", *OWN),
+        *("feature_registry", "bodies", "profiles", "placement", "own_criterion", "criteria", "case", "solving"),
+        *("outputs", "runs", "plot", *OWN),
     },
     "__main__": {"cli"},
 }

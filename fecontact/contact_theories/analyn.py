@@ -9,7 +9,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks
 
 from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
@@ -106,6 +105,9 @@ def _find_necks(half_length_mm: Floats) -> NDArray[np.bool_]:
 
     A neck is a least half length that is below half of the largest half length on both sides.
     """
+    # the import of scipy.signal takes a fifth of a second
+    from scipy.signal import find_peaks
+
     necks, properties = find_peaks(-half_length_mm, prominence=0.0)
     is_neck = np.zeros(half_length_mm.size, bool)
     is_neck[necks[properties["prominences"] > half_length_mm[necks]]] = True

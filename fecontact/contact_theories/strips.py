@@ -7,7 +7,6 @@ from collections.abc import Sequence
 
 import numpy as np
 from scipy.interpolate import CubicSpline
-from scipy.signal import find_peaks
 
 from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
@@ -247,11 +246,16 @@ def _peak_pressure(solution: StripSolution) -> float:
 
 
 def _has_narrow_peak(solution: StripSolution) -> bool:
-    """Whether a high lobe has few strips between its peak and a valley or an edge.
+    """Whether a high lobe has few strips between its peak and its end.
+
+    The end is a valley or an edge.
 
     A lobe is high if its peak is at least `_HIGH_PEAK` of the largest pressure, and it is a lobe if the pressure falls
     by `_LEAST_VALLEY` of this pressure on both sides.
     """
+    # the import of scipy.signal takes a fifth of a second
+    from scipy.signal import find_peaks
+
     ridge = np.concatenate(([0.0], solution.c * np.sqrt(solution.q), [0.0]))
     peaks, properties = find_peaks(ridge, height=_HIGH_PEAK * ridge.max(), prominence=_LEAST_VALLEY * ridge.max())
     left, right = properties["left_bases"], properties["right_bases"]

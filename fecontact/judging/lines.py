@@ -17,8 +17,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fecontact.arrays import Floats
-from fecontact.criteria import is_own
 from fecontact.judging.measures import is_relative
+from fecontact.own_criterion import is_own
 
 Deviations = Mapping[str, float]
 _NO_DEVIATIONS: Deviations = {}

@@ -21,9 +21,9 @@ from fecontact.contact.grid import Rung
 from fecontact.contact.patch import Patch, measure_patch, measure_valley_depth
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.hertz import HertzContact
-from fecontact.criteria import is_own_relative
 from fecontact.judging.measure_uncertainty import MeasureUncertainty
 from fecontact.judging.theory_pair import TheoryPair
+from fecontact.own_criterion import is_own_relative
 
 # A rail that is cut at 90 instead of 60 mm changes the load of the lesser of two patches by 1.5 % of itself.
 SEPARATE_LOAD_ERROR = 0.016

@@ -18,7 +18,6 @@ from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid, Field, Rung
 from fecontact.contact.patch import find_lobe_windows
 from fecontact.contact_theories.approximation import TheoryContact
-from fecontact.criteria import ContactField, OwnCriterion
 from fecontact.errors import InputError
 from fecontact.judging.measures import read_patch
 from fecontact.judging.uncertainty import (
@@ -28,6 +27,7 @@ from fecontact.judging.uncertainty import (
     estimate_own_elements_budget,
 )
 from fecontact.judging.uncertainty_budget import UncertaintyBudget
+from fecontact.own_criterion import ContactField, OwnCriterion
 from fecontact.placement.wheel_on_rail import Placement
 
 # Relative change of a length or a load, and change of the position in half-widths b, with which the sensitivity of a

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.criteria import OWN_PREFIX, Criteria
+from fecontact.criteria import Criteria
 from fecontact.errors import is_usable_status, short_status
 from fecontact.feature_registry import load_offers
 from fecontact.judging.ladder import PLASTIC_STEP
@@ -30,6 +30,7 @@ from fecontact.outputs.tables import (
 from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.verdict_words import cheapest_words, deciding_measure_text, theory_words, utilisation_text
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
+from fecontact.own_criterion import OWN_PREFIX
 
 # --- Tables about theories of the pressure, for the terminal and reports.
 

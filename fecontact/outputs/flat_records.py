@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from fecontact.criteria import OWN_PREFIX, is_own, is_own_relative, split_own_measure
+from fecontact.own_criterion import OWN_PREFIX, is_own, is_own_relative, split_own_measure
 
 Record: TypeAlias = dict[str, Any]
 

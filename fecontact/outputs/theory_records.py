@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
-from fecontact.criteria import is_own
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
+from fecontact.own_criterion import is_own
 
 
 def judged_theories(record: TableRecord) -> dict[str, TableRecord]:

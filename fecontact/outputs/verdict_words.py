@@ -8,7 +8,6 @@ from typing import Any
 
 from fecontact.case import RESOLUTIONS
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
-from fecontact.criteria import is_own
 from fecontact.errors import describe_status, is_usable_status
 from fecontact.judging.lines import FILTER_LABEL
 from fecontact.judging.verdict import PROFILE_CAUSE, compare_with_limit
@@ -17,6 +16,7 @@ from fecontact.outputs.records.asked import elastic_record, requested_record
 from fecontact.outputs.tables import is_missing, number_text
 from fecontact.outputs.theory_records import deciding_hertz, judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
+from fecontact.own_criterion import is_own
 
 AGAINST_YIELDING_BODIES = "against bodies that yield"
 """Reference of a verdict if there is a yield stress."""

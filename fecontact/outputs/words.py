@@ -8,8 +8,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 
-from fecontact.criteria import Criteria, is_own, is_own_relative, split_own_measure
+from fecontact.criteria import Criteria
 from fecontact.outputs.flat_records import relative_name
+from fecontact.own_criterion import is_own, is_own_relative, split_own_measure
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fecontact.case import Case, read_case_record
 from fecontact.contact_theories.registry import HERTZ, THEORIES
-from fecontact.criteria import Creep, Criteria, restore_criterion
+from fecontact.criteria import Creep, Criteria
 from fecontact.errors import FecontactError, InputError
 from fecontact.fe.stress import StressPeak
 from fecontact.files import is_file_name, read_json, write_json
@@ -37,6 +37,7 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.own_criterion import restore_criterion
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import file_of_identity, is_library_name, read_content
 from fecontact.profiles.reading import is_short_form

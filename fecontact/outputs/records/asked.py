@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE
-from fecontact.criteria import is_own
 from fecontact.judging.measures import MEASURES
 from fecontact.outputs.flat_records import Record
 from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.theory_records import select_measures
+from fecontact.own_criterion import is_own
 
 
 def requested_record(record: TableRecord) -> TableRecord:

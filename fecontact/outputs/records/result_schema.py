@@ -12,12 +12,12 @@ from itertools import product
 from typing import Any
 
 from fecontact.contact_theories.registry import HERTZ_OF_EACH_SIDE, THEORIES
-from fecontact.criteria import OWN_PREFIX, is_own
 from fecontact.errors import ProgramError
 from fecontact.feature_registry import load_offers
 from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.outputs.flat_records import Record, relative_name
 from fecontact.outputs.pair_names import BODIES
+from fecontact.own_criterion import OWN_PREFIX, is_own
 
 _SIMPLE_TYPES: dict[str, dict[str, Any]] = {
     "number": {"type": "number"},
