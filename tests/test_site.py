@@ -7,10 +7,13 @@ import json
 import re
 import subprocess
 import sys
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from browser import looked_at
+from test_documents import commands
+from test_documents import test_a_command_is_understood as check_command
 
 from fecontact.cli import call
 
@@ -41,6 +44,12 @@ def test_the_site_is_built_and_whole(site):
         assert ("E / u_val" in page) == checked, path
     validation = (site / "studies" / "VALIDATION.html").read_text("utf-8")
     assert 'href="06_manchester.html#checks"' in validation
+    # what a page shows is HTML: the name of a tag has ASCII letters
+    for path in site.rglob("*.html"):
+        assert [
+            tag for tag in TextOfPage(path.read_text("utf-8")).tags if not re.fullmatch("[a-z][a-z0-9-]*", tag)
+        ] == []
+    assert "sqrt(5 &lt;x²&gt;)" in (site / "data_dictionary.html").read_text("utf-8")
     # public names with their inputs, the gallery with its pictures
     assert "lateral_shift_mm" in (site / "api" / "Case.html").read_text("utf-8")
     gallery = (site / "gallery.html").read_text("utf-8")
@@ -86,6 +95,148 @@ def test_what_does_not_fit_or_cannot_be_read_is_seen(tmp_path):
     assert faults["ground"] == 1.0
     assert [(round(size, 1), words) for size, words in faults["faint"]] == [(2.3, "P: faint"), (2.1, "P: thin")]
     assert [address.rpartition("/")[2] for address in faults["lost"]] == ["none.png"]
+
+
+class TextOfPage(HTMLParser):
+    """Text of a page outside code, and the names of its tags."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.text, self.tags, self.depth = "", set(), 0
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.add(tag)
+        self.depth += tag in ("code", "pre", "script", "style")
+
+    def handle_endtag(self, tag):
+        self.depth -= tag in ("code", "pre", "script", "style")
+
+    def handle_data(self, text):
+        self.text += text * (self.depth == 0)
+
+
+def test_no_page_swallows_a_less_than_sign():
+    """Each `<` outside code is text: Python's Markdown takes `<x²>` for a tag."""
+    pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
+    import markdown
+
+    extensions = {"tables": {}, "attr_list": {}, "pymdownx.superfences": {}, "pymdownx.details": {}}
+    sources = dict(pages.read_pages())
+    assert {
+        "overview.md",
+        "fecontact/guide/results.md",
+        "data_dictionary.md",
+        "studies/12_uncertainty.md",
+    } <= sources.keys()
+    counts = {}
+    for uri, source in sources.items():
+        outside_code = pages.CODE.sub("", source)
+        if "<" not in outside_code:
+            continue
+        rendered = TextOfPage(markdown.markdown(pages.escape_angles(source), extensions=[*extensions]))
+        assert rendered.text.count("<") == outside_code.count("<"), uri
+        assert rendered.text.count("&lt;") == outside_code.count("&lt;"), uri
+        counts[uri] = outside_code.count("<")
+    # the test can fail: these pages have such signs, and would lose them
+    assert counts["fecontact/guide/results.md"] > 0
+    plain = TextOfPage(markdown.markdown(sources["fecontact/guide/results.md"], extensions=[*extensions]))
+    assert plain.text.count("<") < counts["fecontact/guide/results.md"]
+
+
+@pytest.mark.parametrize(
+    ("text", "escaped"),
+    [
+        ("sqrt(5 <x²>)", "sqrt(5 &lt;x²>)"),
+        ("`a < b` and c < d", "`a < b` and c &lt; d"),
+        ("``a ` < b`` < c", "``a ` < b`` &lt; c"),
+        ("```text\n<S>\n```\n<S>", "```text\n<S>\n```\n&lt;S>"),
+        (
+            "??? example\n\n    ```python\n    a < b\n    ```\n<",
+            "??? example\n\n    ```python\n    a < b\n    ```\n&lt;",
+        ),
+        ("a ` alone < b\n\nand ` < c", "a ` alone &lt; b\n\nand ` &lt; c"),
+    ],
+)
+def test_a_less_than_sign_outside_code_is_text(text, escaped):
+    pages = pytest.importorskip("studies.site.pages", reason="the site needs the extra docs")
+    assert pages.escape_angles(text) == escaped
+
+
+def load_documented(source: str, name: str, tmp_path: Path):
+    """An object of a module with this source, as the site documents it."""
+    griffe = pytest.importorskip("griffe", reason="the site needs the extra docs")
+    from studies.site.pages import Docstrings
+
+    (tmp_path / "documented.py").write_text(source, "utf-8")
+    extensions = griffe.load_extensions(Docstrings)
+    module = griffe.load("documented", search_paths=[tmp_path], extensions=extensions, docstring_parser="numpy")
+    return module[name]
+
+
+def test_parameters_come_first_on_the_page_of_a_function(tmp_path):
+    """Purpose, parameters with their types, results and errors; then explanation, example and notes."""
+    source = '''def f(a: int, b: str = "x") -> int:
+    """Purpose.
+
+    Explanation with 1 < 2.
+
+    >>> f(1)
+    2
+
+    Parameters
+    ----------
+    a, b
+        Both.
+
+    Returns
+    -------
+    int
+        Result.
+
+    Raises
+    ------
+    ValueError
+        Never.
+
+    Notes
+    -----
+    Source.
+    """
+'''
+    sections = load_documented(source, "f", tmp_path).docstring.parsed
+    assert [section.kind.value for section in sections] == [
+        "text", "parameters", "returns", "raises", "text", "admonition",
+    ]  # fmt: skip
+    assert sections[0].value == "Purpose."
+    assert sections[4].value.startswith("Explanation with 1 &lt; 2.\n\n```pycon\n>>> f(1)\n2\n```")
+    assert [(parameter.name, str(parameter.annotation), parameter.value) for parameter in sections[1].value] == [
+        ("a", "int", None), ("b", "str", "'x'"),
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_landing_page_has_a_map_and_three_doors(site):
+    page = (site / "index.html").read_text("utf-8")
+    assert 'src="studies/figures/map.png"' in page
+    article = page.partition("<article")[2].partition("</article>")[0]
+    assert re.findall(r'<h2 id="([^"]+)"', article) == [
+        "you-are-new-here", "you-have-a-vehicle-model", "you-do-research", "all-pages",
+    ]  # fmt: skip
+    for link in ("gallery.html", "studies/VALIDATION.html", "fecontact/guide/decision.html", "overview.html"):
+        assert f'href="{link}' in article, link
+        assert (site / link).is_file()
+
+
+def test_the_commands_of_the_landing_page_are_understood():
+    text = re.sub("^ {4}", "", (ROOT / "studies" / "site" / "index.md").read_text("utf-8"), flags=re.MULTILINE)
+    typed_commands = commands(text)
+    assert len(typed_commands) == 5
+    for command in typed_commands:
+        check_command(command)
+    targets = re.findall(r"^ *make ([a-z]+)$", text, re.MULTILINE)
+    assert targets == ["demo", "validate"]
+    assert all(f"\n{target}: " in (ROOT / "Makefile").read_text("utf-8") for target in targets)
 
 
 def test_a_page_that_needs_something_from_elsewhere_is_refused():

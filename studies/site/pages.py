@@ -20,7 +20,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 from typing import Any
 
-from griffe import Extension
+from griffe import DocstringSection, DocstringSectionText, Extension
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
@@ -40,7 +40,7 @@ PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)]+)\)")
 def on_config(config: Any) -> Any:
     """Set the order of the pages."""
     config.nav = [
-        {"Home": "README.md"},
+        {"Home": ["index.md", "overview.md"]},
         {"Guide": [{title: f"fecontact/guide/{topic}.md"} for topic, title in read_titles().items()]},
         {"Gallery": "gallery.md"},
         {"Notebooks": [f"studies/{path.stem}.md" for path in NOTEBOOKS]},
@@ -83,8 +83,15 @@ def on_post_page(output: str, page: Any, config: Any) -> str:
 
 def pages() -> Iterator[tuple[str, str]]:
     """Places and texts of the pages, in Markdown."""
-    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
-        yield name, link_to_notebooks((ROOT / name).read_text("utf-8"))
+    for uri, text in read_pages():
+        yield uri, escape_angles(text)
+
+
+def read_pages() -> Iterator[tuple[str, str]]:
+    """Places and texts of the pages; a `<` may still be text."""
+    # the landing page is index.md, and a page README.md in its folder would have the same address
+    for name, uri in (("README.md", "overview.md"), ("CONTRIBUTING.md", None), ("CHANGELOG.md", None)):
+        yield uri or name, link_to_notebooks((ROOT / name).read_text("utf-8"))
     yield "data_dictionary.md", dictionary_page()
     for topic in read_titles():
         text = (ROOT / "fecontact" / "guide" / f"{topic}.md").read_text("utf-8")
@@ -101,7 +108,21 @@ def pages() -> Iterator[tuple[str, str]]:
         table = inputs(getattr(fecontact, name))
         # the table already describes the fields
         alone = "    options: {show_if_no_docstring: false}\n" if table else ""
-        yield f"api/{name}.md", f"# fecontact.{name}\n\n::: {place}\n{alone}\n{table}"
+        purpose = (getattr(fecontact, name).__doc__ or "").partition("\n\n")[0] if table else ""
+        yield f"api/{name}.md", f"# fecontact.{name}\n\n{purpose}\n\n{table}\n\n::: {place}\n{alone}"
+
+
+# Code in Markdown: a block between fences, which can be indented, or a span between backticks.
+CODE = re.compile(r"^( *)(`{3,})[^`\n]*\n.*?^\1\2 *$|(?<!`)(`+)(?!`)(?:(?!\n\n).)+?(?<!`)\3(?!`)", re.M | re.S)
+
+
+def escape_angles(text: str) -> str:
+    """Escape each `<` outside code, so that Markdown takes no text for a tag."""
+    parts, end = [], 0
+    for code in CODE.finditer(text):
+        parts += [text[end : code.start()].replace("<", "&lt;"), code[0]]
+        end = code.end()
+    return "".join([*parts, text[end:].replace("<", "&lt;")])
 
 
 def link_to_notebooks(text: str) -> str:
@@ -119,7 +140,7 @@ def inputs(kind: Any) -> str:
     """Table of the inputs of a class; empty for a class without inputs."""
     descriptions = list_descriptions(kind) if is_dataclass(kind) else {}
     rows = [
-        f"| `{name}` | `{description.key}` | {description.allowed} | {description.help} |".replace("\n", " ")
+        f"| `{name}` | `{description.key or name}` | {description.allowed} | {description.help} |".replace("\n", " ")
         for name, description in descriptions.items()
     ]
     head = ["## Inputs", "", "| in Python | in a study file | allowed in a study file | |", "|---|---|---|---|"]
@@ -158,13 +179,38 @@ def studies_gallery() -> str:
     return "\n\n" + "\n\n".join(parts) + "\n"
 
 
-class Doctests(Extension):
-    """Doctests of docstrings as blocks of code: in Markdown they are quotations with links."""
+class Docstrings(Extension):
+    """Docstrings with the parameters first, and with doctests as blocks of code.
+
+    In Markdown doctests are quotations with links.
+    """
 
     def on_object(self, *, obj: Any, **keywords: Any) -> None:
-        """Fence the doctests of an object."""
+        """Change the docstring of an object."""
         if obj.docstring:
-            obj.docstring.value = fenced(obj.docstring.value)
+            obj.docstring.value = escape_angles(fenced(obj.docstring.value))
+            obj.docstring.parsed = [*put_parameters_first(obj.docstring.parsed)]
+            for section in obj.docstring.parsed:
+                # griffe gives all parameters of a line the type and the default of the first
+                for parameter in section.value if section.kind.value == "parameters" else ():
+                    if obj.is_function and parameter.name in obj.parameters:
+                        parameter.annotation = obj.parameters[parameter.name].annotation
+                        parameter.value = obj.parameters[parameter.name].default
+
+
+ORDER = {"parameters": 0, "attributes": 0, "returns": 1, "yields": 1, "raises": 2}
+
+
+def put_parameters_first(sections: list[DocstringSection]) -> Iterator[DocstringSection]:
+    """Purpose, parameters, results and errors, then the explanation, notes and examples."""
+    (first, *remaining) = sections
+    if first.kind.value == "text":
+        purpose, _, explanation = first.value.partition("\n\n")
+        yield DocstringSectionText(purpose)
+        remaining += [DocstringSectionText(explanation)] * bool(explanation.strip())
+    else:
+        remaining.insert(0, first)
+    yield from sorted(remaining, key=lambda section: (ORDER.get(section.kind.value, 3), section.kind.value != "text"))
 
 
 def fenced(text: str) -> str:
@@ -192,7 +238,7 @@ def run_notebook(path: Path, folder: Path) -> str:
     for cell in json.loads(path.read_text("utf-8"))["cells"]:
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
-            parts.append(source)
+            parts.append(escape_angles(source))
             continue
         earlier_pictures = set(folder.glob("*.png"))
         with chdir(folder), redirect_stdout(StringIO()) as printed:
