@@ -38,8 +38,9 @@ DPI = 130
 MM_PER_INCH = 25.4
 PICTURE_ENDINGS = (".png", ".svg")
 """Endings of a picture; both files are written."""
-# Compression level of PNG, of at most 9. A higher level takes up to five times as long and saves only a few per cent.
-_PNG_COMPRESSION = 4
+# Compression level of PNG, of at most 9. Level 4 takes a fifth longer and saves 2 %, level 6 takes 1.5 times as long
+# and saves 5 %.
+_PNG_COMPRESSION = 3
 # A logarithmic axis has numbers between the decades if the ratio of its end to its beginning is below this.
 _NARROW_RANGE_RATIO = 300.0
 

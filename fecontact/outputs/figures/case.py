@@ -51,6 +51,9 @@ _HEAD_HEIGHT, _TITLE_HEIGHT, _LABEL_HEIGHT, _CUTS_HEIGHT, _LEFT_WIDTH, _SIDES_WI
 _WORDS_WIDTH = 4.35
 # Inches: height of the contributions to the uncertainty, at the bottom.
 _BUDGET_HEIGHT = 0.9
+# Largest number of intervals between the numbers of an axis. Ticks with their numbers take a third of the time of a
+# picture.
+_MAX_INTERVALS = 5
 
 
 def write_case_figure(result: CaseResult, path: str | Path, *, svg: bool = True) -> Path:
@@ -104,7 +107,9 @@ def draw_case(figure: Figure, record: TableRecord, placement: Placement, fields:
     (width, height), is_tall, map_height = case_inches(fields), _is_tall(fields), _map_height(fields)
 
     def axes(left: float, bottom: float, axes_width: float, axes_height: float, **options: Any) -> Axes:
-        return figure.add_axes((left / width, bottom / height, axes_width / width, axes_height / height), **options)
+        ax = figure.add_axes((left / width, bottom / height, axes_width / width, axes_height / height), **options)
+        ax.locator_params(nbins=_MAX_INTERVALS)
+        return ax
 
     def write(left: float, top: float, text: str, **text_style: Any) -> None:
         figure.text(left / width, top / height, text, va="top", **text_style)

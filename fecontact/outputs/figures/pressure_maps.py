@@ -27,6 +27,8 @@ ACROSS_LABEL, ROLLING_LABEL = f"s across in mm\n{SIDE_LABELS}", "x (rolling) in 
 _PRESSURE_COLOURS, _DIFFERENCE_COLOURS = "viridis", "RdBu_r"
 # A map with a larger ratio of height to width has room for only three numbers across.
 _NARROW_MAP_RATIO = 2.2
+# Largest number of intervals between the numbers of a colour bar.
+_BAR_INTERVALS = 6
 # Background colours of a pressure map and of a difference map: the colours of zero.
 _ZERO_PRESSURE_COLOUR, _ZERO_DIFFERENCE_COLOUR = "#440154", "#f7f6f6"
 
@@ -163,7 +165,9 @@ def draw_pressure(
         # more numbers would overlap
         ax.locator_params(axis="x", nbins=3)
     if scale:
-        bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)))
+        from matplotlib.ticker import MaxNLocator
+
+        bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)), ticks=MaxNLocator(_BAR_INTERVALS))
         bar.set_label("difference in MPa" if is_difference else "pressure in MPa")
 
 
