@@ -456,30 +456,33 @@ class WheelSection:
         constant = of_wheel[:, 1] * tape_circle_y - directions @ from_centre
         return s, np.stack((constant + of_s * s[0], of_wheel[:, 1] + of_s * s[1], of_depth), axis=1)
 
-    def _project_tangents(self, tangents: Floats) -> tuple[Floats, Floats, Floats]:
-        """Coordinates (mm) along the axis and normal to it, and rate of the first.
+    def _project_tangents(self, tangents: Floats) -> Floats:
+        """Coordinates (mm) along the axis and normal to it, each followed by its rate.
 
-        `tangents` (..., 4) has y and z of points of the profile in mm, and their rates.
+        `tangents` (..., 4) has y and z of points of the profile in mm, and their rates; the result has the same shape.
         """
         (s_zero, s_rate), (of_t, of_height) = self._coefficients
         y, z, dy, dz = np.moveaxis(tangents, -1, 0)
         s, radius = s_zero + s_rate * y, self.wheel.rolling_radius_mm - z
         depth = np.sqrt(radius * radius - s * s)
         depth_rate = -(radius * dz + s_rate * s * dy) / depth
-        t, height = (constant + of_y * y + of_depth * depth for constant, of_y, of_depth in (of_t, of_height))
-        return t, height, of_t[1] * dy + of_t[2] * depth_rate
+        projected = np.empty_like(tangents)
+        for column, (constant, of_y, of_depth) in ((0, of_t), (2, of_height)):
+            projected[..., column] = constant + of_y * y + of_depth * depth
+            projected[..., column + 1] = of_y * dy + of_depth * depth_rate
+        return projected
 
     @cached_property
     def _rise(self) -> MonotoneFunction | None:
         """Coordinate along the axis, on the widest stretch of the profile that runs forward."""
         pieces = self.wheel.profile.pieces
         ends = np.stack((pieces.ends.y, pieces.ends.z, pieces.ends.dy, pieces.ends.dz), axis=-1)
-        return pieces.find_rise(self._follow_axis, self._project_tangents(ends)[0])
+        projected = self._project_tangents(ends)
+        return pieces.find_rise(self._project_points, projected[:, 0], projected[:, 1])
 
-    def _follow_axis(self, u: Floats) -> Floats:
-        """Coordinate along the axis and its rate at parameters, shape (..., 2)."""
-        t, _, rate = self._project_tangents(self.wheel.profile.pieces.tangents(u))
-        return np.stack((t, rate), axis=-1)
+    def _project_points(self, u: Floats) -> Floats:
+        """Coordinates and rates (..., 4) of points of the wheel, as by `_project_tangents`."""
+        return self._project_tangents(self.wheel.profile.pieces.tangents(u))
 
     def heights(self, t: Floats) -> Floats:
         """Heights of the wheel over places along the axis.
@@ -496,7 +499,7 @@ class WheelSection:
         """
         if self._rise is None:
             return np.full(t.shape, np.nan)
-        return self._project_tangents(self.wheel.profile.pieces.tangents(self._rise.inverted(t)))[1]
+        return self._rise.follow(t)
 
 
 # cached: equal for every position of the profile, and a table of positions has many searches

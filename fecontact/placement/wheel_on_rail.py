@@ -318,9 +318,9 @@ class Placement:
         tilt = touch.contact_angle_rad - rail.inclination_rad
         foot = rail.profile.evaluate(touch.rail_u)
         u = rail.profile.locate(t, angle_rad=tilt, origin=(float(foot.y), float(foot.z)))
-        p = rail.profile.evaluate(u)
-        height = -(p.y - foot.y) * np.sin(tilt) + (p.z - foot.z) * np.cos(tilt)
-        return u, height, p.angle_rad + rail.inclination_rad - touch.contact_angle_rad
+        y, z, dy, dz = np.moveaxis(rail.profile.pieces.tangents(u), -1, 0)
+        height = -(y - foot.y) * np.sin(tilt) + (z - foot.z) * np.cos(tilt)
+        return u, height, np.arctan2(dz, dy) + rail.inclination_rad - touch.contact_angle_rad
 
     @cached_property
     def wheel_over_plane(self) -> WheelSection:

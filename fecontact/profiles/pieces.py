@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 _END_SLACK_MM = 1e-9
 # Newton steps converge quadratically: after a step of this size the next step is smaller than the rounding error.
 _NEWTON_TOLERANCE = 1e-11
+# For heights the error after a step of this size is small enough: at most 1e-12 mm.
+_FOLLOWING_TOLERANCE = 1e-8
+# A cubic with end slopes up to this many times the slope of its chord increases (Fritsch and Carlson 1980).
+_STEEPEST_OVER_CHORD = 3.0
 # Least sine of the angle between profile and viewing direction for a piece that runs forward.
 _FORWARD_SINE = 1e-9
 # Least rate in a Newton step. The rate is zero where a profile turns back.
@@ -58,21 +62,38 @@ class MonotoneFunction:
     Attributes
     ----------
     function
-        Value and rate of the function, in the last axis of its result.
+        Value and rate of the function, in the last axis of its result. Further columns are pairs of a value and a rate
+        of other functions.
     u : ndarray of shape (k,)
         Parameters of the ends of these pieces.
-    values : ndarray of shape (k,)
-        Values of the function at the ends.
+    values, rates : ndarray of shape (k,)
+        Values and rates of the function at the ends.
     """
 
     function: Callable[[Floats], Floats]
     u: Floats
     values: Floats
+    rates: Floats
+
+    @cached_property
+    def _inverse(self) -> Floats:
+        """Cubics of the inverse function, without their constants: the coefficients (3, k - 1) of ascending powers.
+
+        Value and parameter are counted from the beginning of each piece. The cubics have the slopes of the inverse
+        function at both ends, unless they would not increase: then only the first power is used.
+        """
+        lengths, steps = np.diff(self.u), np.diff(self.values)
+        coefficients = np.zeros((3, lengths.size))
+        chord = np.divide(lengths, steps, out=coefficients[0], where=steps > 0.0)
+        slopes = 1.0 / np.maximum(self.rates, _LEAST_RATE)
+        is_cubic = (chord > 0.0) & (np.maximum(slopes[:-1], slopes[1:]) <= _STEEPEST_OVER_CHORD * chord)
+        begin, end, chord, step = (values[is_cubic] for values in (slopes[:-1], slopes[1:], chord, steps))
+        cubics = (begin, (3.0 * chord - 2.0 * begin - end) / step, (begin + end - 2.0 * chord) / step**2)
+        coefficients[:, is_cubic] = cubics
+        return coefficients
 
     def inverted(self, t: Floats) -> Floats:
         """Parameters at which the function has the value t.
-
-        Newton steps are limited to one piece.
 
         Parameters
         ----------
@@ -84,19 +105,51 @@ class MonotoneFunction:
         ndarray
             Parameters in the shape of t; NaN beyond the ends.
         """
+        u, _, _ = self._solve(t, _NEWTON_TOLERANCE)
+        return self._mask_beyond(t, u)
+
+    def follow(self, t: Floats) -> Floats:
+        """Value of the second function of `function` where the first function has the value t.
+
+        Parameters
+        ----------
+        t
+            Values, in any shape.
+
+        Returns
+        -------
+        ndarray
+            Values of the second function in the shape of t; NaN beyond the ends.
+        """
+        _, columns, step = self._solve(t, _FOLLOWING_TOLERANCE)
+        return self._mask_beyond(t, columns[..., 2] + step * columns[..., 3])
+
+    def _mask_beyond(self, t: Floats, results: Floats) -> Floats:
+        """Results, with NaN where t is beyond the ends."""
         first, last = self.values[0], self.values[-1]
+        return np.where((t >= first - _END_SLACK_MM) & (t <= last + _END_SLACK_MM), results, np.nan)
+
+    def _solve(self, t: Floats, tolerance: float) -> tuple[Floats, Floats, Floats]:
+        """Parameters at which the function has the value t, or the nearest end.
+
+        Newton steps are limited to one piece, and end with a step of at most the tolerance. The second result has the
+        last columns of the function, and the third the last step, from their parameters to the first result.
+        """
         # np.clip takes five times as long, and this function is called a hundred times for a placement
-        target = np.minimum(np.maximum(t, first), last)
-        piece = np.minimum(self.values.searchsorted(target, side="right"), self.values.size - 1)
-        low, high = self.u[piece - 1], self.u[piece]
-        u = np.interp(target, self.values, self.u)
+        target = np.minimum(np.maximum(t, self.values[0]), self.values[-1])
+        piece = np.minimum(self.values.searchsorted(target, side="right"), self.values.size - 1) - 1
+        # `take` needs half the time of an index
+        low, high, begin = self.u.take(piece), self.u.take(piece + 1), self.values.take(piece)
+        offset, (linear, square, cube) = target - begin, (powers.take(piece) for powers in self._inverse)
+        u = np.minimum(np.maximum(low + offset * (linear + offset * (square + offset * cube)), low), high)
         for _ in range(60):
-            value_and_rate = self.function(u)
-            step = (target - value_and_rate[..., 0]) / np.maximum(value_and_rate[..., 1], _LEAST_RATE)
+            columns = self.function(u)
+            step = (target - columns[..., 0]) / np.maximum(columns[..., 1], _LEAST_RATE)
             previous, u = u, np.minimum(np.maximum(u + step, low), high)
-            if not (np.abs(u - previous) > _NEWTON_TOLERANCE).any():
+            step = u - previous
+            if not (np.abs(step) > tolerance).any():
                 break
-        return np.where((t >= first - _END_SLACK_MM) & (t <= last + _END_SLACK_MM), u, np.nan)
+        return u, columns, step
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -160,7 +213,7 @@ class PiecewiseCurve:
             u=u,
             ends=ends,
             curve=_join_polynomials(u, position, first, derivatives[:, :2]),
-            arc=MonotoneFunction(function=arc, u=u, values=lengths),
+            arc=MonotoneFunction(function=arc, u=u, values=lengths, rates=np.hypot(ends.dy, ends.dz)),
         )
 
     @cached_property
@@ -209,17 +262,19 @@ class PiecewiseCurve:
 
         c, s = math.cos(angle_rad), math.sin(angle_rad)
         coordinate = PPoly(self.curve.c[..., :4:2] * c + self.curve.c[..., 1:4:2] * s, self.u)
-        return self.find_rise(coordinate, self.ends.y * c + self.ends.z * s)
+        ends = self.ends
+        return self.find_rise(coordinate, ends.y * c + ends.z * s, ends.dy * c + ends.dz * s)
 
-    def find_rise(self, function: Callable[[Floats], Floats], values: Floats) -> MonotoneFunction | None:
+    def find_rise(self, function: Callable[[Floats], Floats], values: Floats, rates: Floats) -> MonotoneFunction | None:
         """Restrict a coordinate to the stretch with its largest increase.
 
         Parameters
         ----------
         function
-            Coordinate (mm) at parameters, and its rate, in the last axis of the result.
-        values
-            Coordinate (m + 1,) at the ends of the pieces.
+            Coordinate (mm) at parameters, and its rate, in the last axis of the result. Further columns are as in
+            `MonotoneFunction`.
+        values, rates
+            Coordinate and rate (m + 1,) at the ends of the pieces.
 
         Returns
         -------
@@ -239,6 +294,7 @@ class PiecewiseCurve:
             function=function,
             u=self.u[stretch],
             values=np.maximum.accumulate(values[stretch]),
+            rates=rates[stretch],
         )
 
 
