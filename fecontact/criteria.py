@@ -139,7 +139,9 @@ class Criteria:
         return self.common_limits | {criterion.key: criterion.limit for criterion in self.own or ()}
 
     def keep_stored_own(self, stored: Criteria) -> Criteria:
-        """Criteria for stored results, with the stored criteria of a user if `own` is None.
+        """Criteria for stored results.
+
+        They have the stored criteria of a user if `own` is None.
 
         Parameters
         ----------
@@ -154,7 +156,7 @@ class Criteria:
         return self if self.own is not None else replace(self, own=stored.own)
 
     def refuse_unsendable_own(self) -> None:
-        """Refuse criteria of a user whose functions worker processes cannot import.
+        """Refuse criteria of a user with functions that worker processes cannot import.
 
         Raises
         ------
@@ -166,7 +168,7 @@ class Criteria:
 
     @property
     def unavailable_own(self) -> tuple[str, ...]:
-        """Descriptions of the criteria of a user whose functions this process cannot import, with the remedy."""
+        """Messages about criteria of a user without a function in this process, with the remedy."""
         return tuple(
             f"own criterion {criterion.name} is not judged: {criterion.function.reason}; to judge by it, use"
             " fecontact.judge(FOLDER, fecontact.Criteria(own=...)) in Python"
@@ -182,7 +184,9 @@ class Criteria:
     @property
     def record(self) -> dict[str, Any]:
         """Plain values for a file; criteria of a user are included if they are given."""
-        values = {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "own"}
+        values = {
+            criterion.name: getattr(self, criterion.name) for criterion in fields(self) if criterion.name != "own"
+        }
         return values if self.own is None else {**values, "own": [criterion.record for criterion in self.own]}
 
     @property

@@ -15,7 +15,7 @@ from fecontact.outputs.words import MEASURE_WORDS
 
 
 def list_verdict_measures(case: Case) -> Mapping[str, VerdictReadingView]:
-    """List the verdicts of features and of a user's criteria, by the measure of a map.
+    """Verdicts of features and of a user's criteria, by the measure.
 
     Parameters
     ----------

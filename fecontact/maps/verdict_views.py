@@ -89,7 +89,9 @@ def build_verdict_view(applicability_map: ApplicabilityMap, theory: str = HERTZ)
 
 
 def build_feature_view(applicability_map: ApplicabilityMap, name: str) -> MapView:
-    """View of the verdicts on Hertz by a feature or a user's criterion, with the limit utilisation.
+    """View of the verdicts on Hertz by a feature or a user's criterion.
+
+    The numbers are limit utilisations.
 
     The load limits are only as sharp as the spacing of the loads that were solved for the pressure's limits.
 
