@@ -205,7 +205,18 @@ def limits_text(criteria: Criteria) -> str:
 
 
 def unknown_text(measures: Iterable[str]) -> str:
-    """Message that a stored result lacks measures, with the remedy."""
+    """Message that a stored result lacks measures, with the remedy.
+
+    Parameters
+    ----------
+    measures
+        Names of the measures.
+
+    Returns
+    -------
+    str
+        Sentences about common measures and measures of a user.
+    """
     measures = [*measures]
     texts = [
         f"{names_text(names)} {remedy}"
