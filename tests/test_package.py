@@ -173,6 +173,34 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
     assert first.groups() == (fecontact.__version__, cited["date-released"].isoformat())
 
 
+def test_the_readme_and_the_guide_agree_on_the_systems():
+    """The README claims no more than the table of the guide, and the packages without wheels are optional there."""
+    readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
+    assert "Only these two systems are tested" in readme
+    guide = (ROOT / "fecontact" / "guide" / "setup.md").read_text("utf-8")
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in guide.splitlines() if line.startswith("| ")]
+    tested = {row[0]: row[1] for row in rows if len(row) == 4}
+    assert {name.partition(",")[0] for name, text in tested.items() if not text.startswith(("nothing", "tested"))} == {
+        "Debian 12", "Debian 13",
+    }  # fmt: skip
+    wheels = {row[0]: row[2] for row in rows if len(row) == 4}
+    assert wheels["Windows, x86-64"].startswith("all")
+    assert wheels["macOS 12 or newer, ARM and x86-64"].startswith("all;")
+    assert wheels["Linux, ARM (aarch64)"].startswith("all but gmsh and pyamg")
+    requirements = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
+    marker = "sys_platform != 'linux' or platform_machine == 'x86_64'"
+    assert {line.partition(">")[0] for line in requirements if line.endswith(marker)} == {"gmsh", "pyamg"}
+
+
+def test_a_newcomer_can_read_the_changes():
+    """An entry of the changelog has a few hundred words, in groups."""
+    changes = (ROOT / "CHANGELOG.md").read_text("utf-8").partition("\n### Names from before")[0]
+    assert len(changes.split()) < 560
+    assert re.findall(r"^### (.*)$", changes, re.MULTILINE) == [
+        "Positions", "Maps", "Theories", "Measured profiles", "Vehicles", "Outputs", "Systems",
+    ]  # fmt: skip
+
+
 def test_multigrid_without_mkl_solves_the_same(solved):
     pair = ["--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--resolution", "2,1.8"]
     solve = ["solve", *pair, "--refine", "never", "--json"]

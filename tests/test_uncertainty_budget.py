@@ -2,6 +2,8 @@
 
 import dataclasses
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,9 +25,11 @@ from fecontact.outputs.budget import budget_table
 from fecontact.outputs.figures.budget import draw_budget, group_contributions
 from fecontact.outputs.records.results import load_row, result_record
 from fecontact.outputs.style import blank_figure
-from fecontact.outputs.words import CONTRIBUTION_WORDS
+from fecontact.outputs.words import CONTRIBUTION_WORDS, MEASURE_WORDS
+from fecontact.solving.position import expect_on_half_space
 from fecontact.solving.solve import solve
 
+ROOT = Path(__file__).parents[1]
 MEASURED = tuple(name for name, declared in UNCERTAINTIES.items() if declared.reading is not None)
 small = st.floats(0.0, 0.05)
 
@@ -144,12 +148,74 @@ def table_rows(page: str, heading: str) -> list[list[str]]:
     return [[cell.strip(" *") for cell in line.split("|")[1:-1]] for line in table.splitlines()[2:]]
 
 
+# Measures in the order of the printed table.
+JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "separate_load", "misplaced_load")
+
+
+def read_printed_budget(page: str) -> dict[str, dict[str, float]]:
+    """Contributions by measure from the printed table of the page, in the units of the deviations.
+
+    Numbers end below the units of the first line.
+    """
+    head, *lines = re.search(r"^```text\n(contribution .*?)^```$", page, re.MULTILINE | re.DOTALL)[1].splitlines()
+    ends = [unit.end() for unit in re.finditer("[%b](?= |$)", head)]
+    assert len(ends) == len(JUDGED)
+    budgets: dict[str, dict[str, float]] = {measure: {} for measure in JUDGED}
+    for line in lines:
+        name, _, numbers = re.match(r"(\S+(?: \S+)*)( {2,})(.*)", line).groups()
+        columns = [number.end() for number in re.finditer(r"\S+", line) if number.start() >= len(name)]
+        assert set(columns) <= set(ends), line
+        for column, number in zip(columns, numbers.split(), strict=True):
+            budgets[JUDGED[ends.index(column)]][name] = float(number)
+    return budgets
+
+
 def test_the_page_names_every_contribution_of_its_table(page):
-    rows = table_rows(page, "contribution")
-    assert {name for name, *_ in rows} <= {*CONTRIBUTION_WORDS.values(), "sum"}
-    for column in (1, 2):
-        *parts, total = (float(row[column] or 0.0) for row in rows)
-        assert total == pytest.approx(sum(parts), abs=0.0005 * len(parts))
+    for budget in read_printed_budget(page).values():
+        total = budget.pop("sum")
+        assert budget.keys() <= {*CONTRIBUTION_WORDS.values()}
+        assert total == pytest.approx(sum(budget.values()), abs=0.0005 * len(budget))
+
+
+def test_constant_contributions_and_the_sum_of_the_page_agree(page):
+    rows = {row[0]: [*map(float, row[1:])] for row in table_rows(page, "contribution to the ± of the area")}
+    meshes = {row[0]: row[3] for row in table_rows(page, "elements per semi-axis") if row[3]}
+    sums = [float(number) for number in meshes.values()]
+    assert [sum(column) for column in zip(*rows.values(), strict=True)] == pytest.approx(sums, abs=0.0021)
+    budget = read_printed_budget(page)["area_mm2"]
+    assert sums[0] == budget["sum"]
+    assert all(budget[name] == rows[name][0] for name in rows if name in budget)
+
+
+def test_the_observed_order_of_the_page_follows_from_its_peaks():
+    """The half-space of the position is solved again on all nodes of the table."""
+    rows = table_rows(read_page("uncertainty"), "nodes per semi-axis")
+    patches = [
+        read_measures(expect_on_half_space(Case(lateral_shift_mm=3.0), nodes=int(row[0]))[1].half_space) for row in rows
+    ]
+    peaks = [patch.p_max_MPa for patch in patches]
+    assert [float(row[1]) for row in rows] == pytest.approx(peaks, abs=0.01)
+    assert [float(row[2]) for row in rows] == pytest.approx([patch.area_mm2 for patch in patches], abs=0.01)
+    changes = -np.diff(peaks)
+    orders = np.log2(changes[:-1] / changes[1:])
+    assert [float(row[3]) for row in rows if row[3]] == pytest.approx([*orders], abs=0.051)
+    assert 100.0 * (peaks[2] / peaks[-1] - 1.0) == pytest.approx(0.007, abs=0.0005)
+    assert 100.0 * (patches[2].area_mm2 / patches[-1].area_mm2 - 1.0) == pytest.approx(0.25, abs=0.005)
+
+
+def test_the_coverage_of_the_page_is_of_the_last_validation(page):
+    validation = (ROOT / "studies" / "validation" / "12_uncertainty.md").read_text("utf-8")
+    outside = {
+        (measure, kind): float(percentage)
+        for measure, kind, percentage in re.findall(
+            r"^\| (\w+), cases outside, % \| (\w+, testing, \d+ cases) \| 0 \| ([\d.]+) \|", validation, re.MULTILINE
+        )
+    }
+    kinds = ("ellipses, testing, 243 cases", "others, testing, 31 cases", "real, testing, 42 cases")
+    rows = {row[0]: [*map(float, row[1:])] for row in table_rows(page, "measure | 243 ellipses")}
+    assert [*rows] == [MEASURE_WORDS[measure].name for measure in JUDGED]
+    for measure, shown in zip(JUDGED, rows.values(), strict=True):
+        assert shown == pytest.approx([100.0 - outside[measure, kind] for kind in kinds], abs=0.051), measure
 
 
 @pytest.mark.slow
@@ -162,14 +228,22 @@ def test_the_page_has_the_numbers_of_its_position(page):
             measures = read_measures(level.fe)
             elements = round(measures.a_mm / level.nodal.grid.steps_mm[0], 1)
             levels.setdefault(elements, (measures.p_max_MPa, measures.area_mm2))
+        column = ("quick", "standard", "fine").index(resolution) + 1
+        constant = {row[0]: float(row[column]) for row in table_rows(page, "contribution to the ± of the area")}
+        for name in ("reading", "cut_planes", "more_nodes"):
+            value = 100.0 * getattr(budgets["area_mm2"], name)
+            assert constant[CONTRIBUTION_WORDS[name]] == pytest.approx(value, abs=0.0006)
         rows = {row[0]: row[1:] for row in table_rows(page, "elements per semi-axis")}
         (name,) = (name for name in rows if resolution in name)
         assert float(rows[name][2]) == pytest.approx(100.0 * budgets["area_mm2"].total, abs=0.001)
         if resolution == "quick":
-            for row in table_rows(page, "contribution")[:-1]:
-                key = next(key for key, words in CONTRIBUTION_WORDS.items() if words == row[0])
-                for cell, measure in zip(row[1:], ("p_max_MPa", "area_mm2"), strict=True):
-                    assert float(cell or 0.0) == pytest.approx(100.0 * getattr(budgets[measure], key), abs=0.0006)
+            keys = {words: key for key, words in CONTRIBUTION_WORDS.items()}
+            for measure, budget in read_printed_budget(page).items():
+                factor = MEASURE_WORDS[measure].factor
+                assert budget.pop("sum") == pytest.approx(factor * budgets[measure].total, abs=0.0006)
+                for contribution, size in budget.items():
+                    value = factor * getattr(budgets[measure], keys[contribution])
+                    assert size == pytest.approx(value, abs=0.0006), (measure, contribution)
     for name, (peak, area, _) in rows.items():
         nearest = min(levels, key=lambda elements: abs(elements - float(name.split()[0])))
         assert abs(nearest - float(name.split()[0])) < 0.15
