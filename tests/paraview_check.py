@@ -17,9 +17,9 @@ from vtkmodules.vtkIOImage import vtkPNGReader
 
 BODY = {"displacement_mm": 3, "stress_MPa": 6, "von_mises_MPa": 1}
 CONTACT = {"contact_pressure_MPa": 1, "hertz_pressure_MPa": 1, "hertz_minus_fe_MPa": 1, "gap_mm": 1}
-CONTACT |= {"in_contact": 1, "pressure_relief_mm": 3}
+CONTACT |= {"in_contact": 1, "pressure_squared_MPa2": 1, "pressure_vector_MPa": 3}
 RAIL = BODY | {"contact_pressure_MPa": 1}
-LINE = {"contact_pressure_MPa": 1}
+LINE = {"contact_pressure_MPa": 1, "pressure_vector_MPa": 3}
 ARRAYS = {
     "case.vtm": {"pressure": CONTACT, "hertz_ellipse": LINE, "rail": RAIL},
     "bodies.vtm": {"rail": RAIL, "wheel": BODY, "elements": CONTACT},
@@ -28,8 +28,12 @@ ARRAYS = {
 TOLERANCE = 1e-3
 # Pixels of a view beside the panels, by the width of ParaView's window.
 VIEWS = {1000: (340, 460), 1600: (640, 760)}
+# Ellipses have the colour of missing values, yellow, when a file is opened by itself.
+LINE_LEVEL = 150
 # Part of the ellipse that must be seen, pixels to look around a point of it, and units of colour that may differ.
 SEEN, AROUND, OFF_COLOUR = 0.9, 2, 40
+# Load and directions of the case at each time step.
+Cases = dict[float | None, dict[str, np.ndarray]]
 
 
 def say(line: str) -> None:
@@ -42,9 +46,9 @@ def main(folder: Path, pictures: Path | None) -> list[str]:
     faults = []
     for path in collections or [folder / "case.vtm"]:
         bodies = path.with_name("bodies.vtm" if path.suffix == ".vtm" else f"{path.stem}_bodies.pvd")
-        forces: dict[float | None, float] = {}
-        faults += check_collection(path, ARRAYS["case.vtm"], forces)
-        faults += check_collection(bodies, ARRAYS["bodies.vtm"], forces)
+        cases: Cases = {}
+        faults += check_collection(path, ARRAYS["case.vtm"], cases)
+        faults += check_collection(bodies, ARRAYS["bodies.vtm"], cases)
         faults += check_first_sight(path, pictures)
     return faults + (render(folder, pictures) if pictures else [])
 
@@ -55,6 +59,8 @@ def check_first_sight(path: Path, pictures: Path | None) -> list[str]:
     view = simple.CreateView("RenderView")
     view.ViewSize = [800, 600]
     display = simple.Show(source, view)
+    # as ParaView does when a file is opened in its window
+    display.SetScalarBarVisibility(view, True)
     simple.ResetCamera(view)
     simple.Render(view)
     faults = []
@@ -62,29 +68,35 @@ def check_first_sight(path: Path, pictures: Path | None) -> list[str]:
         faults.append(f"{path.name}: by itself coloured by {list(display.ColorArrayName)}")
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
-        red, _, blue = pixels(view, pictures / f"{path.stem}_by_itself.png").T
-        if np.count_nonzero(red > blue + 30) < 20:
+        red, green, blue = pixels(view, pictures / f"{path.stem}_by_itself.png")[:, :600].T
+        is_line = (red > LINE_LEVEL) & (green > LINE_LEVEL) & (blue < red - LINE_LEVEL)
+        if np.count_nonzero((red > blue + 30) & ~is_line) < 20:
             faults.append(f"{path.name}: by itself no pixel has the colour of a high pressure")
+        if np.count_nonzero(is_line) < 20:
+            faults.append(f"{path.name}: by itself Hertz's ellipse has no colour different from the pressure")
     simple.Delete(view)
     simple.Delete(source)
     return faults
 
 
-def check_collection(path: Path, arrays: dict[str, dict[str, int]], forces: dict[float | None, float]) -> list[str]:
-    """Faults of a collection, step by step; the blocks of the contact give the normal force of each step (N)."""
+def check_collection(path: Path, arrays: dict[str, dict[str, int]], cases: Cases) -> list[str]:
+    """Faults of a collection, step by step; `cases` gets the load and the directions of each step."""
     source = simple.OpenDataFile(str(path))
     steps = list(getattr(source, "TimestepValues", None) or [None])
     faults = []
     for step in steps:
         where = path.name + (f" at {step:g} mm" if step is not None else "")
-        faults += [f"{where}: {fault}" for fault in check_step(source, step, arrays, forces)]
+        faults += [f"{where}: {fault}" for fault in check_step(source, step, arrays, cases)]
         say(f"{where}: read")
     simple.Delete(source)
     return faults
 
 
 def check_step(
-    source, step: float | None, arrays_by_block: dict[str, dict[str, int]], forces: dict[float | None, float]
+    source,
+    step: float | None,
+    arrays_by_block: dict[str, dict[str, int]],
+    cases: Cases,
 ) -> list[str]:
     """Faults of the blocks and arrays at a time step; None for a file without steps."""
     faults = []
@@ -100,10 +112,11 @@ def check_step(
         if (field_data.GetNumberOfArrays() > 0) != (name == "pressure"):
             faults.append(f"{name} has {field_data.GetNumberOfArrays()} field data")
         if name == "pressure":
-            forces[step] = field_data.GetArray("normal_force_N").GetValue(0)
+            names = ("load_kN", "normal_force_N", "load_direction", "contact_normal")
+            cases[step] = {key: vtk_to_numpy(field_data.GetArray(key)).ravel() for key in names}
             faults += check_field_data(field_data, step)
         if arrays is CONTACT:
-            faults += check_forces(block, name, step, forces[step])
+            faults += check_forces(block, name, step, cases[step])
         simple.Delete(block)
     return faults
 
@@ -126,17 +139,25 @@ def check_field_data(field_data, step: float | None) -> list[str]:
     return faults
 
 
-def check_forces(block, name: str, step: float | None, force: float) -> list[str]:
-    """Faults of pressures that do not integrate to the normal force (N)."""
-    faults = []
+def check_forces(block, name: str, step: float | None, case: dict[str, np.ndarray]) -> list[str]:
+    """Faults of pressures that do not integrate to the load (N)."""
     integrated = simple.IntegrateVariables(Input=block)
     integrated.UpdatePipeline(step) if step is not None else integrated.UpdatePipeline()
-    for array in ("contact_pressure_MPa", "hertz_pressure_MPa"):
-        deviation = integrated.PointData[array].GetRange()[0] / force - 1.0
-        say(f"  {name}: {array}: integral {1e2 * deviation:+.4f} % from the normal force")
-        if not abs(deviation) < TOLERANCE:
-            faults.append(f"{name}: {array} integrates to {1e2 * deviation:+.3f} % beside the force")
+    sums = fetched(integrated).GetPointData()
+    force = np.array(sums.GetArray("pressure_vector_MPa").GetTuple(0))
+    hertz = sums.GetArray("hertz_pressure_MPa").GetValue(0)
     simple.Delete(integrated)
+    (load_kN,), (normal_force,) = case["load_kN"], case["normal_force_N"]
+    deviations = {
+        "the pressure along the load": force @ case["load_direction"] / (1e3 * load_kN) - 1.0,
+        "the pressure along the contact normal": force @ case["contact_normal"] / normal_force - 1.0,
+        "Hertz's pressure": hertz / normal_force - 1.0,
+    }
+    faults = []
+    for words, deviation in deviations.items():
+        say(f"  {name}: integral of {words}: {1e2 * deviation:+.4f} % from the force")
+        if not abs(deviation) < TOLERANCE:
+            faults.append(f"{name}: integral of {words}: {1e2 * deviation:+.3f} % from the force")
     return faults
 
 
@@ -175,7 +196,7 @@ def pixels(view, path: Path) -> np.ndarray:
 
 def seen(view, picture: np.ndarray, step: float | None, script_names: dict) -> list[str]:
     """Faults of Hertz's ellipses: along how much of each there are pixels of the colour of an ellipse."""
-    lines = simple.FindSource("hertz_ellipse")
+    lines = simple.FindSource("ellipses on the relief")
     lines.UpdatePipeline(step) if step is not None else lines.UpdatePipeline()
     data = fetched(lines)
     of_lobe = vtk_to_numpy(data.GetCellData().GetArray("lobe"))
@@ -185,7 +206,7 @@ def seen(view, picture: np.ndarray, step: float | None, script_names: dict) -> l
     colours = 255.0 * np.array([script_names["ORANGE"], script_names["PINK"]])
     coloured = (np.abs(picture[..., None, :] - colours).max(axis=-1) < OFF_COLOUR).any(axis=-1)
     is_coloured = np.array([is_there(coloured, pixel(view, middle)) for middle in ends.mean(axis=1)])
-    faults = []
+    faults = [] if has_legend(step, bool(of_lobe.any())) else ["the legend explains other lines than are drawn"]
     for lobe in np.unique(of_lobe):
         in_lobe = of_lobe == lobe
         fraction = float(lengths[in_lobe] @ is_coloured[in_lobe] / lengths[in_lobe].sum())
@@ -196,6 +217,14 @@ def seen(view, picture: np.ndarray, step: float | None, script_names: dict) -> l
         if fraction < SEEN:
             faults.append(f"{1e2 * fraction:.1f} % of {words} is seen")
     return faults
+
+
+def has_legend(step: float | None, has_lobes: bool) -> bool:
+    """Whether the legend explains the ellipses of lobes if there are any, and only then."""
+    legend = simple.FindSource("legend")
+    legend.UpdatePipeline(step) if step is not None else legend.UpdatePipeline()
+    text = fetched(legend).GetColumn(0).GetValue(0)
+    return "orange" in text and ("pink" in text) == has_lobes
 
 
 def pixel(view, point: np.ndarray) -> tuple[int, int]:

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import pyvista
 from rich.console import Console
 
 from fecontact.bodies import Material
@@ -192,7 +193,7 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     assert lines["finite elements, bodies that yield"] == pytest.approx(SOFTER * elastic, rel=1e-9)
     assert first_answer(" ".join(case_annotation(result_record(result)).split())) == "FAILS"
     level = result.load.level
-    point_data = contact_surface(result, level.fe, level.yielded.fe).point_data
+    point_data = pyvista.wrap(contact_surface(result, level.fe, level.yielded.fe)).point_data
     plastic = point_data["plastic_pressure_MPa"]
     assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
     np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], point_data["hertz_pressure_MPa"] - plastic, atol=1e-9)
@@ -214,8 +215,8 @@ def test_bodies_that_yield_may_have_a_wider_grid_than_elastic_ones(result):
     # further than Hertz's ellipse
     yielded = replace(level.yielded, fe=wider(level.yielded.fe, 40))
     for first, second in ((level.fe, yielded.fe), (yielded.fe, level.yielded.fe)):
-        surface = contact_surface(result, first, second)
-        usual = contact_surface(result, level.fe, level.yielded.fe)
+        surface = pyvista.wrap(contact_surface(result, first, second))
+        usual = pyvista.wrap(contact_surface(result, level.fe, level.yielded.fe))
         assert surface.n_points > usual.n_points
         # both have all nodes of the smaller grid at the same places
         where = [surface.find_closest_point(point) for point in usual.points]

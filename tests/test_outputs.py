@@ -387,16 +387,19 @@ def test_a_collection_has_its_blocks_by_name(vtk_folder):
     surface = dict.fromkeys(
         ("contact_pressure_MPa", "hertz_pressure_MPa", "hertz_minus_fe_MPa", "gap_mm", "in_contact"), 1
     )
-    surface |= {"pressure_relief_mm": 3}
+    surface |= {"pressure_squared_MPa2": 1, "pressure_vector_MPa": 3}
     pressure = {"contact_pressure_MPa": 1}
+    line = pressure | {"pressure_vector_MPa": 3}
     arrays = {
-        "rail": bodies | pressure, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": pressure,
+        "rail": bodies | pressure, "wheel": bodies, "pressure": surface, "elements": surface, "hertz_ellipse": line,
     }  # fmt: skip
     for name, names_of_arrays in arrays.items():
         point_data = blocks[name].point_data
         assert {k: 1 if point_data[k].ndim == 1 else point_data[k].shape[1] for k in point_data} == names_of_arrays
         assert list(blocks[name].cell_data) == ["lobe"] * (name == "hertz_ellipse")
-        assert all(np.all(np.isfinite(point_data[k])) for k in point_data)
+        # the lines have no pressure, so that ParaView draws them in its colour of missing values
+        missing = "contact_pressure_MPa" if name == "hertz_ellipse" else ""
+        assert all(np.all(np.isfinite(point_data[k])) != (k == missing) for k in point_data)
     assert blocks["pressure"].point_data["in_contact"].dtype == np.uint8
 
 
@@ -414,7 +417,9 @@ def test_field_data_are_few_and_on_the_pressure_alone(vtk_folder, elliptic_quick
     for file in ("rail.vtu", "wheel.vtu", "elements.vtp", "hertz_ellipse.vtp"):
         assert not pyvista.read(vtk_folder / file).field_data.keys()
     field_data = pyvista.read(vtk_folder / "pressure.vtp").field_data
-    assert set(field_data.keys()) == {*numbers, "version", "annotation"}
+    assert set(field_data.keys()) == {*numbers, "contact_normal", "load_direction", "version", "annotation"}
+    np.testing.assert_array_equal(field_data["contact_normal"], [elliptic_quick.placement.first.normal])
+    np.testing.assert_array_equal(field_data["load_direction"], [[0.0, 0.0, 1.0]])
     assert {name: float(field_data[name][0]) for name in numbers} == pytest.approx(numbers)
     annotation = next(iter(field_data["annotation"]))
     # largest number of letters that fit beside ParaView's panels in a window of 1000 pixels
@@ -497,9 +502,10 @@ def test_the_contact_lies_above_the_rail_by_a_hair_and_the_line_on_its_relief(vt
     # the line follows the ellipse in x and s
     hertz, (x, s) = elliptic_quick.hertz, placement.project(np.asarray(line.points, dtype=float)).T
     np.testing.assert_allclose((x / hertz.a_mm) ** 2 + (s / hertz.b_mm) ** 2, 1.0, rtol=1e-6)
-    # a ray from above meets the line before the relief
-    warped = surface.warp_by_vector("pressure_relief_mm").triangulate()
-    for point in line.points[::5]:
+    np.testing.assert_allclose(height_mm(placement, line.points), 0.05, atol=1e-6)
+    # a ray from above meets the line before the relief, if both are warped by 1 mm per 1000 MPa
+    warped = surface.warp_by_vector("pressure_vector_MPa", factor=1e-3).triangulate()
+    for point in line.warp_by_vector("pressure_vector_MPa", factor=1e-3).points[::5]:
         ends = point[None, :] + np.array([[0.0, 0.0, 5.0], [0.0, 0.0, -5.0]])
         hit, _ = warped.ray_trace(*ends, first_point=True)
         assert hit.size == 0 or hit[2] < point[2] - 0.02
@@ -512,17 +518,32 @@ def height_mm(placement, points):
     return np.einsum("nd,nd->n", points - on_rail, normals)
 
 
-def test_the_relief_is_the_pressure_along_the_normal(vtk_folder):
+def test_the_vector_is_the_pressure_along_the_normal(vtk_folder, elliptic_quick):
     for file in ("pressure.vtp", "elements.vtp"):
         surface = pyvista.read(vtk_folder / file)
-        height = np.linalg.norm(surface.point_data["pressure_relief_mm"], axis=1)
-        np.testing.assert_allclose(height, 1e-3 * surface.point_data["contact_pressure_MPa"], rtol=1e-12)
-        warped = surface.warp_by_vector("pressure_relief_mm").points - surface.points
-        assert np.all(warped[:, 2] >= 0.0)
+        vector, pressure = surface.point_data["pressure_vector_MPa"], surface.point_data["contact_pressure_MPa"]
+        _, normals = elliptic_quick.placement.surface(*elliptic_quick.placement.project(surface.points).T)
+        np.testing.assert_allclose(vector, pressure[:, None] * normals, atol=1e-6 * pressure.max())
+
+
+def test_the_square_falls_to_zero_at_the_edge_of_the_patch(vtk_folder, elliptic_quick):
+    """The sphere has an exact ellipse: its edge from the square, and its pressure between the nodes."""
+    surface, hertz = pyvista.read(vtk_folder / "pressure.vtp"), elliptic_quick.hertz
+    edge = surface.contour([0.0], scalars="pressure_squared_MPa2")
+    x, s = elliptic_quick.placement.project(np.asarray(edge.points, dtype=float)).T
+    # at most 0.14 steps of the nodes; the outermost loaded nodes lie up to a step inside the edge
+    fraction_of_radius = np.hypot(x / hertz.a_mm, s / hertz.b_mm)
+    step = max(elliptic_quick.load.fe.grid.steps_mm) / min(hertz.a_mm, hertz.b_mm)
+    np.testing.assert_allclose(fraction_of_radius, 1.0, atol=0.2 * step)
+    patch = surface.clip_scalar(scalars="pressure_squared_MPa2", value=0.0, invert=False)
+    assert patch.area == pytest.approx(elliptic_quick.comparison.fe.area_mm2, rel=0.02)
+    squares = surface.point_data["pressure_squared_MPa2"]
+    pressure = surface.point_data["contact_pressure_MPa"]
+    np.testing.assert_allclose(np.sqrt(np.maximum(squares, 0.0)), pressure, rtol=1e-12)
 
 
 def surface_on_elements(result):
-    return contact_surface(result, result.load.level.on_elements)
+    return pyvista.wrap(contact_surface(result, result.load.level.on_elements))
 
 
 def test_the_contact_covers_an_ellipse_that_is_larger_than_what_was_solved(elliptic_quick):

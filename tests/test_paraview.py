@@ -4,6 +4,7 @@ If ParaView is installed, its pictures of the files are checked too.
 """
 
 import json
+import math
 import os
 import re
 import shutil
@@ -12,6 +13,7 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import pyvista
 from kept import keep_as
@@ -20,7 +22,7 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import write_json
 from fecontact.judging.judge import judge_load
-from fecontact.outputs.paraview.view import write_view
+from fecontact.outputs.paraview.view import view_script, write_view
 from fecontact.outputs.paraview.vtk import write_pvd
 from fecontact.outputs.study_files import write_tables
 from fecontact.solving.solve import CaseResult
@@ -60,6 +62,56 @@ def test_the_script_holds_relative_paths_and_one_scale_over_the_series(study, el
     assert header["PRESSURE_MPA"] % 100.0 == 0.0
     assert header["SIZE_MM"] == pytest.approx(elliptic_quick.comparison.fe.extent_x_mm, rel=0.02)
     assert str(study) not in (study / "view.py").read_text("utf-8")
+
+
+def script_of(folder: Path, row: dict, record: dict) -> dict:
+    """Constants of a script for a case with given numbers."""
+    folder.mkdir()
+    write_json(folder / "result.json", record)
+    path = folder / "view.py"
+    path.write_text(view_script(["case.vtm"], [row], [folder]), "utf-8")
+    return head_constants(path)
+
+
+@pytest.mark.parametrize(
+    ("stress_MPa", "labels"),
+    [
+        (1510.0, [0.0, 500.0, 1000.0, 1600.0]),
+        (1500.0, [0.0, 500.0, 1000.0, 1500.0]),
+        (1350.0, [0.0, 500.0, 1000.0, 1400.0]),
+        (310.0, [0.0, 100.0, 200.0, 300.0, 400.0]),
+    ],
+)
+def test_labels_of_a_colour_scale_do_not_overlap(tmp_path, stress_MPa, labels):
+    row = ROW | {"von_mises_rail_von_mises_MPa": stress_MPa}
+    assert script_of(tmp_path / "case", row, RECORD)["VON_MISES_LABELS"] == labels
+
+
+def test_the_camera_looks_onto_a_gauge_corner_and_the_relief_is_low(tmp_path):
+    upright = script_of(tmp_path / "upright", ROW, RECORD)
+    # the normal of a surface that rises to the field side by an angle points to the gauge side
+    lobes = [LOBE | {"contact_angle_rad": angle} for angle in (0.2, 1.0)]
+    inclined = script_of(tmp_path / "inclined", ROW, RECORD | {"lobes": lobes})
+    normal = np.array([0.0, -math.sin(0.5), math.cos(0.5)])
+    assert np.linalg.norm(inclined["CAMERA"]) == pytest.approx(1.0, abs=1e-3)
+    assert normal @ inclined["CAMERA"] == pytest.approx(upright["CAMERA"][2], abs=1e-3)
+    assert inclined["CAMERA"][0] == upright["CAMERA"][0]
+    # a tenth of the smallest width below the largest pressure, rounded down to 1, 2 or 5
+    assert upright["RELIEF_MM_PER_MPA"] == 5e-4
+    assert inclined["RELIEF_MM_PER_MPA"] == 2e-4
+
+
+LOBE = {"hertz": {"extent_x_mm": 9.0, "extent_y_mm": 3.0}}
+RECORD = {"contact_points": [{"x_mm": 0.0, "y_mm": 0.0, "z_mm": 0.0, "contact_angle_rad": 0.0}], "lobes": []}
+ROW = {
+    "fe_p_max_MPa": 1000.0, "hertz_p_max_MPa": 1100.0, "hertz_extent_x_mm": 12.0, "hertz_extent_y_mm": 6.0,
+    "von_mises_rail_von_mises_MPa": 600.0,
+}  # fmt: skip
+
+
+def test_the_colours_of_bodies_that_yield_end_at_their_pressure(tmp_path):
+    row = ROW | {"fe_p_max_MPa": 2000.0, "plastic_p_max_MPa": 900.0}
+    assert script_of(tmp_path / "case", row, RECORD)["PRESSURE_MPA"] == 1100.0
 
 
 def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(study, tmp_path, capsys):

@@ -7,6 +7,7 @@ import io
 from dataclasses import replace
 
 import pytest
+import pyvista
 from rich.console import Console
 
 from fecontact.bodies import Material
@@ -174,6 +175,6 @@ def test_pictures_have_the_ellipse_and_the_numbers_of_the_side_that_decides(name
     assert f" {1e2 * uncertainty:.2f} " in peak_line
     assert "Hertz with the curvature of the gauge side" in text
     # the peak of the ellipse in ParaView, and in its words
-    arrays = contact_surface(result, result.load.fe, None).point_data
+    arrays = pyvista.wrap(contact_surface(result, result.load.fe, None)).point_data
     assert arrays["hertz_pressure_MPa"].max() == pytest.approx(gauge["p_max_MPa"], rel=0.02)
     assert f"Hertz {gauge['p_max_MPa']:.0f} MPa" in case_annotation(record).replace("\n", " ")

@@ -223,7 +223,10 @@ def run(
         lost_count = report_unusable_rows(outcome.rows, "case", "without a usable result")
         shown_collections = outcome.collections[:3] + (("...",) if len(outcome.collections) > 3 else ())
         shown_files = ", ".join((*shown_collections, "cases/*/case.vtm"))
-        paraview = f"; for ParaView: {shown_files}, or fecontact view {quote_path(out)}"
+        # without a series over the shift, `view` takes the folder of a case
+        solved_ids = [row["id"] for row in outcome.rows if row.get("fe_p_max_MPa") is not None]
+        viewed = out if outcome.collections or not solved_ids else out / "cases" / str(solved_ids[0])
+        paraview = f"; for ParaView: {shown_files}, or fecontact view {quote_path(viewed)}"
         files = ("report.html", "study.csv", "study.png", "cases")
         report_files(out, files, paraview if lost_count < len(outcome.rows) else "", how)
     return 0 if outcome.all_converged else 3

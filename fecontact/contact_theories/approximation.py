@@ -469,7 +469,10 @@ def _patch_from_field(field: Field, force_N: float) -> TheoryPatch:
 
 
 def average_pressure_over_cells(
-    grid: ContactGrid, shape: PressureShape, origin_mm: tuple[float, float] = (0.0, 0.0)
+    grid: ContactGrid,
+    shape: PressureShape,
+    origin_mm: tuple[float, float] = (0.0, 0.0),
+    points_per_cell: int = _POINTS_PER_CELL,
 ) -> Floats:
     """Pressure of a theory, averaged over the cell of each node.
 
@@ -483,18 +486,20 @@ def average_pressure_over_cells(
         Pressure of a theory.
     origin_mm
         Position (x, s) of the origin of the shape on the grid.
+    points_per_cell
+        Number of points per cell and direction.
 
     Returns
     -------
     array (nx, ns)
         Pressure in MPa.
     """
-    cell_fractions = (np.arange(_POINTS_PER_CELL) + 0.5) / _POINTS_PER_CELL - 0.5
+    cell_fractions = (np.arange(points_per_cell) + 0.5) / points_per_cell - 0.5
     x = (grid.x_mm[:, None] - origin_mm[0] + grid.steps_mm[0] * cell_fractions).ravel()
     s = (grid.s_mm[:, None] - origin_mm[1] + grid.cells_mm[:, None] * cell_fractions).ravel()
     pressure = shape.pressure_MPa(x[:, None], s[None, :])
     # Whole lines are summed first: operations on five numbers cost as much per operation as operations on a hundred
     # numbers.
-    row_sums = pressure.reshape(grid.x_mm.size, _POINTS_PER_CELL, s.size).sum(axis=1)
-    point_sums = row_sums.reshape(*grid.shape, _POINTS_PER_CELL)
-    return np.asarray(point_sums @ np.full(_POINTS_PER_CELL, _POINTS_PER_CELL**-2.0))
+    row_sums = pressure.reshape(grid.x_mm.size, points_per_cell, s.size).sum(axis=1)
+    point_sums = row_sums.reshape(*grid.shape, points_per_cell)
+    return np.asarray(point_sums @ np.full(points_per_cell, points_per_cell**-2.0))

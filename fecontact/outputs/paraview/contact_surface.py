@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,33 +12,39 @@ from numpy.typing import NDArray
 from scipy.interpolate import RegularGridInterpolator
 from scipy.spatial import cKDTree
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, Integers
 from fecontact.contact.grid import ContactGrid, Field, Rung
+from fecontact.contact.patch import build_signed_square
 from fecontact.contact_theories.approximation import average_pressure_over_cells
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.fe.body_mesh import BodyMesh
 from fecontact.outputs.figures.pressure_maps import ellipse_outline
+from fecontact.outputs.paraview.datasets import add_array, build_lines, build_surface
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.solving.solve import CaseResult
 
 LIFT_MM = 1e-3
 """Height of the contact above the rail, along the normals. In one surface both would flicker."""
-RELIEF_MM_PER_MPA = 1e-3
-"""Height of the pressure relief: equal for all cases for comparison, and flat, so that it hides no line."""
 LINE_LIFT_MM = 0.05
-"""Height of the ellipses above the relief, which ParaView draws with flat triangles."""
+"""Height of the ellipses above the rail, which ParaView draws with flat facets."""
+PRESSURE, PRESSURE_SQUARED, PRESSURE_VECTOR = "contact_pressure_MPa", "pressure_squared_MPa2", "pressure_vector_MPa"
+"""Names of the pressure of elastic bodies, and of the square and the vector of the judged pressure."""
 
 
 def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = None) -> Any:
-    """Contact on the rail's surface as a pyvista mesh of quadrilaterals.
+    """Contact on the rail's surface as a VTK mesh of quadrilaterals.
 
-    The normals point out of the rail. The mesh lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse,
-    as far as the rail's surface reaches. Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN
-    beyond the nodes of the solution, where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the
-    `plastic_pressure_MPa` of bodies that yield. `hertz_minus_fe_MPa`, as the verdict's deviations, and
-    `pressure_relief_mm`, a vector along the normal to warp by, belong to the pressure of bodies that yield if there is
-    `yielded`, and to the pressure of elastic bodies if not. Pressures are means over the cells of the nodes: they
-    integrate to the force along the contact normal.
+    The mesh lies `LIFT_MM` above the rail and holds the contact and Hertz's ellipse, as far as the rail's surface
+    reaches. Arrays: `contact_pressure_MPa`, `hertz_pressure_MPa`, `gap_mm` (deformed; NaN beyond the nodes of the
+    solution, where only Hertz has a pressure), `in_contact` (0 or 1), and with `yielded` the `plastic_pressure_MPa` of
+    bodies that yield.
+
+    Three arrays belong to the judged pressure: of bodies that yield if there is `yielded`, of elastic bodies otherwise.
+    `hertz_minus_fe_MPa` is the deviation of Hertz. `pressure_vector_MPa` is the pressure times the normal out of the
+    rail. Its integral is the force on the wheel in N, also on a curved patch, where the integral of the pressure is
+    larger. `pressure_squared_MPa2` is continued below zero beyond the patch: its contour at zero is the edge.
+
+    Pressures are means over the cells of the nodes.
 
     Parameters
     ----------
@@ -49,11 +57,9 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
 
     Returns
     -------
-    pyvista.PolyData
+    vtkPolyData
         The mesh, in mm and in the track frame.
     """
-    import pyvista
-
     fields, grid = _contact_fields(result, contact, yielded)
     points, normals = result.placement.surface(grid.x_mm[:, None], grid.s_mm[None, :])
     # the surface of a rail ends with its profile, even if Hertz's ellipse reaches further
@@ -61,15 +67,18 @@ def contact_surface(result: CaseResult, contact: Rung, yielded: Rung | None = No
     points, normals = points[:, is_on_rail], normals[:, is_on_rail]
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
     quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
-    surface = pyvista.PolyData.from_regular_faces((points + LIFT_MM * normals).reshape(-1, 3), quads)
+    surface = build_surface((points + LIFT_MM * normals).reshape(-1, 3), quads)
+    vector = _judged_pressure(fields)[:, is_on_rail, None] * normals
     for name, values in fields.items():
-        surface.point_data[name] = values[:, is_on_rail].ravel()
-    heights = RELIEF_MM_PER_MPA * _judged_pressure(fields)[:, is_on_rail]
-    surface.point_data["pressure_relief_mm"] = (heights[..., None] * normals).reshape(-1, 3)
+        add_array(surface.GetPointData(), name, values[:, is_on_rail].ravel())
+    add_array(surface.GetPointData(), PRESSURE_VECTOR, vector.reshape(-1, 3), "XYZ")
+    surface.GetPointData().SetActiveScalars(PRESSURE)
     return surface
 
 
 _INSIDE_TOLERANCE = 1e-6
+# Points at which the pressure of Hertz's ellipse is averaged: least number in a cell, and across the ellipse.
+_MIN_POINTS_PER_CELL, _POINTS_PER_EXTENT = 5, 100
 # Points of the rail's section among which the s of a node is found.
 _SECTION_POINTS = 4000
 
@@ -91,7 +100,7 @@ def _contact_fields(
     Returns
     -------
     fields, grid
-        Arrays by the names in `contact_surface`, without `pressure_relief_mm`: pressures in MPa, gap in mm (NaN beyond
+        Arrays by the names in `contact_surface`, without `pressure_vector_MPa`: pressures in MPa, gap in mm (NaN beyond
         the nodes of the solution), `in_contact` as 0 or 1. The grid has its origin at the first contact point.
     """
     ellipse = result.load.deciding_ellipse
@@ -105,13 +114,14 @@ def _contact_fields(
     def interpolate(rung: Rung, values: Floats) -> Floats:
         return Field(grid=rung.grid, values=values).covering(*extents).at(grid).values
 
-    pressure, hertz = (
-        interpolate(contact, contact.pressure_MPa),
-        average_pressure_over_cells(grid, ellipse),
-    )
+    pressure = interpolate(contact, contact.pressure_MPa)
+    # an ellipse of few cells needs more points in each cell: with 5 points on 0.4 b its integral is 0.15 % too low
+    largest_fraction = max(step / extent for step, extent in zip(grid.steps_mm, extents, strict=True))
+    points_per_cell = max(_MIN_POINTS_PER_CELL, math.ceil(_POINTS_PER_EXTENT * largest_fraction))
+    hertz = average_pressure_over_cells(grid, ellipse, points_per_cell=points_per_cell)
     is_inside = interpolate(contact, np.ones(contact.grid.shape)) > 1.0 - _INSIDE_TOLERANCE
     fields: dict[str, NDArray[Any]] = {
-        "contact_pressure_MPa": pressure,
+        PRESSURE: pressure,
         "hertz_pressure_MPa": hertz,
         "gap_mm": np.where(is_inside, interpolate(contact, contact.gap_mm), np.nan),
         # not Boolean, since ParaView's readers take Boolean arrays for field data
@@ -119,11 +129,14 @@ def _contact_fields(
     }
     if yielded is not None:
         fields["plastic_pressure_MPa"] = interpolate(yielded, yielded.pressure_MPa)
-    return fields | {"hertz_minus_fe_MPa": hertz - _judged_pressure(fields)}, grid
+    judged_pressure = _judged_pressure(fields)
+    # the ring of nodes around the grid is left out
+    fields[PRESSURE_SQUARED] = build_signed_square(judged_pressure)[1:-1, 1:-1]
+    return fields | {"hertz_minus_fe_MPa": hertz - judged_pressure}, grid
 
 
 def _judged_pressure(fields: Mapping[str, NDArray[Any]]) -> Floats:
-    return np.asarray(fields.get("plastic_pressure_MPa", fields["contact_pressure_MPa"]))
+    return np.asarray(fields.get("plastic_pressure_MPa", fields[PRESSURE]))
 
 
 def find_node_pressure(result: CaseResult, mesh: BodyMesh) -> Floats:
@@ -143,9 +156,7 @@ def find_node_pressure(result: CaseResult, mesh: BodyMesh) -> Floats:
     """
     level = result.load.level
     fields, grid = _contact_fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
-    pressure = RegularGridInterpolator(
-        (grid.x_mm, grid.s_mm), fields["contact_pressure_MPa"], bounds_error=False, fill_value=0.0
-    )
+    pressure = RegularGridInterpolator((grid.x_mm, grid.s_mm), fields[PRESSURE], bounds_error=False, fill_value=0.0)
     s = np.linspace(grid.s_mm[0], grid.s_mm[-1], _SECTION_POINTS)
     section, _ = result.placement.surface(0.0, s)
     is_on_rail = np.isfinite(section[:, 1])
@@ -160,11 +171,13 @@ def find_node_pressure(result: CaseResult, mesh: BodyMesh) -> Floats:
 
 
 def ellipse_lines(result: CaseResult) -> Any:
-    """Edges of Hertz's ellipses as lines of pyvista.
+    """Edges of Hertz's ellipses as lines of VTK.
 
-    They are `LINE_LIFT_MM` above the relief of the judged pressure. The cell array `lobe` is 0 for the ellipse at the
-    first contact point under the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under
-    their own forces. The point array `contact_pressure_MPa` is the pressure of the finite elements on the line.
+    They are `LINE_LIFT_MM` above the rail. The cell array `lobe` is 0 for the ellipse at the first contact point under
+    the complete load. It is 1, 2, ... for the ellipses of lobes and separate patches under their own forces. The point
+    array `pressure_vector_MPa` is the judged pressure below the line times the normal out of the rail, as on
+    `contact_surface`. The point array `contact_pressure_MPa` is NaN: ParaView colours the lines in its colour for
+    missing values, which differs from the colours of the pressures around them.
 
     Parameters
     ----------
@@ -173,52 +186,57 @@ def ellipse_lines(result: CaseResult) -> Any:
 
     Returns
     -------
-    pyvista.PolyData
+    vtkPolyData
         The lines, in mm and in the track frame.
     """
-    import pyvista
-
     level, lobes = result.load.level, result.load.lobes
     fields, grid = _contact_fields(result, level.fe, None if level.yielded is None else level.yielded.fe)
-    coordinates = (grid.x_mm, grid.s_mm)
-    pressures = tuple(
-        RegularGridInterpolator(coordinates, values, bounds_error=False, fill_value=0.0)
-        for values in (fields["contact_pressure_MPa"], _judged_pressure(fields))
+    pressure = RegularGridInterpolator(
+        (grid.x_mm, grid.s_mm), _judged_pressure(fields), bounds_error=False, fill_value=0.0
     )
-    lines = [_ellipse_line(result.placement, pressures, result.load.deciding_ellipse, 0.0, 0.0)]
+    lines = [_ellipse_line(result.placement, pressure, result.load.deciding_ellipse, 0.0, 0.0)]
     for lobe in lobes if len(lobes) > 1 else ():
         if lobe.hertz is not None and lobe.touch is not None:
             x_mm = lobe.touch.x_mm - result.placement.first.x_mm
             s_mm = result.placement.arc_mm(lobe.touch)
-            lines.append(_ellipse_line(result.placement, pressures, lobe.hertz, x_mm, s_mm))
-    for lobe_number, line in enumerate(lines):
-        line.cell_data["lobe"] = np.full(line.n_cells, lobe_number, dtype=np.uint8)
-    merged = pyvista.merge(lines, merge_points=False)
-    merged.set_active_scalars("contact_pressure_MPa", preference="point")
+            lines.append(_ellipse_line(result.placement, pressure, lobe.hertz, x_mm, s_mm))
+    first_nodes = np.cumsum([0, *(len(line.points) for line in lines)])
+    merged = build_lines(
+        np.concatenate([line.points for line in lines]),
+        np.concatenate([line.segments + first for line, first in zip(lines, first_nodes, strict=False)]),
+    )
+    lobe_numbers = np.repeat(np.arange(len(lines), dtype=np.uint8), [len(line.segments) for line in lines])
+    add_array(merged.GetCellData(), "lobe", lobe_numbers)
+    add_array(merged.GetPointData(), PRESSURE, np.full(first_nodes[-1], np.nan))
+    add_array(merged.GetPointData(), PRESSURE_VECTOR, np.concatenate([line.pressures_MPa for line in lines]), "XYZ")
+    merged.GetPointData().SetActiveScalars(PRESSURE)
     return merged
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _EllipseLine:
+    """Edge of an ellipse: points (n, 3) in mm, segments (m, 2), and pressure vectors (n, 3) in MPa."""
+
+    points: Floats
+    segments: Integers
+    pressures_MPa: Floats
+
+
 def _ellipse_line(
-    placement: Placement,
-    pressures: tuple[RegularGridInterpolator, RegularGridInterpolator],
-    hertz: HertzContact,
-    x_mm: float,
-    s_mm: float,
-) -> Any:
+    placement: Placement, pressure: RegularGridInterpolator, hertz: HertzContact, x_mm: float, s_mm: float
+) -> _EllipseLine:
     """Edge of an ellipse about a point, as far as the rail's surface reaches.
 
-    `pressures` are those of elastic bodies, for the array, and the judged pressures, for the height above the relief.
+    `pressure` is the judged pressure over (x, s).
     """
-    import pyvista
-
     s, x = (places + middle for places, middle in zip(ellipse_outline(hertz), (s_mm, x_mm), strict=True))
     points, normals = placement.surface(x, s)
     is_on_rail = np.isfinite(points[:, 1])
     index = np.cumsum(is_on_rail) - 1
-    pairs = [(index[k], index[k + 1]) for k in range(len(s) - 1) if is_on_rail[k] and is_on_rail[k + 1]]
-    contact_pressure, judged_pressure = (pressure(np.stack([x, s], axis=-1)) for pressure in pressures)
-    heights = LIFT_MM + LINE_LIFT_MM + RELIEF_MM_PER_MPA * judged_pressure
-    cells = np.array([(2, *pair) for pair in pairs], dtype=np.int64).ravel()
-    line = pyvista.PolyData((points + heights[:, None] * normals)[is_on_rail], lines=cells)
-    line.point_data["contact_pressure_MPa"] = contact_pressure[is_on_rail]
-    return line
+    starts = np.flatnonzero(is_on_rail[:-1] & is_on_rail[1:])
+    pressures_MPa = pressure(np.stack([x, s], axis=-1))
+    return _EllipseLine(
+        points=(points + LINE_LIFT_MM * normals)[is_on_rail],
+        segments=np.stack([index[starts], index[starts + 1]], axis=-1),
+        pressures_MPa=(pressures_MPa[:, None] * normals)[is_on_rail],
+    )

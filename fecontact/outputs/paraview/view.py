@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,13 @@ SCRIPT_FILE = "view.py"
 _SCRIPT_BODY = "script.py.txt"
 # Colour scales end at a multiple of this, so that their labels are round numbers.
 _COLOUR_SCALE_STEP_MPA = 100.0
+# Steps of labels, and the largest number of steps on a colour scale: in a view of 460 pixels more labels overlap.
+_LABEL_STEPS = (1.0, 2.0, 5.0)
+_MAX_LABEL_STEPS = 5
+# Largest height of the relief, as a fraction of the smallest width of an ellipse. A higher relief hides lines.
+_RELIEF_FRACTION = 0.1
+# Direction of the camera of the pressure, in parts along the rail, across the rail's surface, and along its normal.
+_CAMERA = np.array([0.4, 0.15, 0.9])
 
 
 def write_view(out: Path) -> Path:
@@ -83,17 +91,26 @@ def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders:
     str
         Python script for ParaView.
     """
-    contact_points_mm = np.array([_read_contact_point_mm(folder) for folder in folders])
+    records = [read_json(folder / "result.json") for folder in folders]
+    contact_points_mm = np.array([_read_contact_point_mm(record) for record in records])
     low, high = contact_points_mm.min(axis=0), contact_points_mm.max(axis=0)
     extent = _largest_value(rows, *(f"{contact}_extent_{axis}_mm" for axis in "xy" for contact in ("fe", "hertz")))
-    all_yield = all(row.get("plastic_p_max_MPa") is not None for row in rows)
+    # the relief has the judged pressure: of bodies that yield if a case has a yield stress
+    judged_rows = [{**row, "fe_p_max_MPa": row.get("plastic_p_max_MPa") or row["fe_p_max_MPa"]} for row in rows]
     pressure, stress = (
-        _COLOUR_SCALE_STEP_MPA * math.ceil(_largest_value(rows, *columns) / _COLOUR_SCALE_STEP_MPA)
+        _COLOUR_SCALE_STEP_MPA * math.ceil(_largest_value(judged_rows, *columns) / _COLOUR_SCALE_STEP_MPA)
         for columns in (
-            (f"{'plastic' if all_yield else 'fe'}_p_max_MPa", "hertz_p_max_MPa"),
+            ("fe_p_max_MPa", "hertz_p_max_MPa"),
             ("von_mises_rail_von_mises_MPa", "von_mises_wheel_von_mises_MPa"),
         )
     )
+    widths_mm = [min(float(row["hertz_extent_x_mm"]), float(row["hertz_extent_y_mm"])) for row in rows]
+    widths_mm += [
+        min(lobe["hertz"]["extent_x_mm"], lobe["hertz"]["extent_y_mm"])
+        for record in records
+        for lobe in record["lobes"]
+        if lobe["hertz"] is not None
+    ]
     return f'''"""Show the contact in ParaView: pressure on the rail, and von Mises stress in the lateral cut.
 
 Start ParaView in the folder of this file: `paraview --script=view.py`. The time slider sets the lateral shift.
@@ -108,17 +125,54 @@ BODIES = {json.dumps([name_bodies(name) for name in collections])}
 CENTRE_MM = {json.dumps([round(float(middle), 3) for middle in 0.5 * (low + high)])}
 # size of the view: the largest patch plus the range of the contact points
 SIZE_MM = {json.dumps(round(extent + float(np.max(high - low)), 1))}
-# pressure of the relief; for bodies that yield only if all cases have a yield stress
-PRESSURE = {json.dumps(f"{'plastic' if all_yield else 'contact'}_pressure_MPa")}
-# upper ends of the colour scales, equal for all cases
+# direction from the contact to the camera of the pressure, about the middle of the normals of all patches
+CAMERA = {json.dumps(_find_camera_direction(records))}
+# height of the relief per pressure, equal for all cases; it is too low to hide an ellipse
+RELIEF_MM_PER_MPA = {json.dumps(_round_down(_RELIEF_FRACTION * min(widths_mm) / pressure))}
+# upper ends of the colour scales, equal for all cases, and their labels
 PRESSURE_MPA = {json.dumps(pressure)}
+PRESSURE_LABELS = {json.dumps(_choose_labels(pressure))}
 VON_MISES_MPA = {json.dumps(stress)}
+VON_MISES_LABELS = {json.dumps(_choose_labels(stress))}
 ''' + (files("fecontact.outputs.paraview") / _SCRIPT_BODY).read_text("utf-8")
 
 
-def _read_contact_point_mm(folder: Path) -> tuple[float, float, float]:
-    first = read_json(folder / "result.json")["contact_points"][0]
+def _read_contact_point_mm(record: Mapping[str, Any]) -> tuple[float, float, float]:
+    first = record["contact_points"][0]
     return first["x_mm"], first["y_mm"], first["z_mm"]
+
+
+def _find_camera_direction(records: Sequence[Mapping[str, Any]]) -> list[float]:
+    """Unit vector (3,) from the contact to the camera.
+
+    It is inclined to the middle of the normals of all patches. A camera that looks down vertically does not see the
+    patch on a gauge corner.
+    """
+    places = [place for record in records for place in (record["contact_points"][0], *record["lobes"])]
+    angles_rad = [float(place["contact_angle_rad"]) for place in places]
+    middle_rad = 0.5 * (min(angles_rad) + max(angles_rad))
+    cosine, sine = math.cos(middle_rad), math.sin(middle_rad)
+    axes = np.array([[1.0, 0.0, 0.0], [0.0, cosine, sine], [0.0, -sine, cosine]])
+    direction = _CAMERA @ axes / np.linalg.norm(_CAMERA)
+    return [round(float(component), 4) for component in direction]
+
+
+def _round_down(value: float) -> float:
+    """Round a positive value down to 1, 2 or 5 times a power of ten."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(f"{max(step for step in _LABEL_STEPS if step * power <= value * (1.0 + 1e-9)) * power:.1g}")
+
+
+def _choose_labels(end_MPa: float) -> list[float]:
+    """Labels of a colour scale from zero: round numbers, and its end without a label close below it."""
+    step = next(
+        step * power
+        for power in (10.0**exponent for exponent in range(9))
+        for step in _LABEL_STEPS
+        if end_MPa <= _MAX_LABEL_STEPS * step * power
+    )
+    labels = [step * number for number in range(math.ceil(end_MPa / step)) if step * number < end_MPa - 0.5 * step]
+    return [*labels, end_MPa]
 
 
 def _largest_value(rows: Sequence[RowMapping], *columns: str) -> float:

@@ -25,7 +25,8 @@ from fecontact.fe.body_mesh import BodyMesh
 from fecontact.fe.stress import von_mises
 from fecontact.files import write_text
 from fecontact.inputs.texts import escape_invisible
-from fecontact.outputs.paraview.contact_surface import contact_surface, ellipse_lines, find_node_pressure
+from fecontact.outputs.paraview.contact_surface import PRESSURE, contact_surface, ellipse_lines, find_node_pressure
+from fecontact.outputs.paraview.datasets import add_array, add_text, build_hexahedra, format_xml
 from fecontact.outputs.records.results import result_record
 from fecontact.outputs.verdict_words import case_annotation
 from fecontact.solving.solve import CaseResult
@@ -42,7 +43,6 @@ _BLOCKS = {
     COLLECTION: ("pressure", "hertz_ellipse", "rail"),
     BODIES_COLLECTION: ("rail", "wheel", "elements"),
 }
-_PRESSURE = "contact_pressure_MPa"
 _STRESSES = ("XX", "YY", "ZZ", "XY", "YZ", "XZ")
 # Signs of the stresses XX YY ZZ XY YZ XZ, and of vectors x y z, after mirroring at x = 0.
 _MIRRORED_STRESS = np.array([1.0, 1.0, 1.0, -1.0, 1.0, -1.0])
@@ -64,8 +64,9 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     to which displacements and stresses belong): see `contact_surface`. Lines: see `ellipse_lines`.
 
     Field data, on `pressure` alone: `TimeValue` and `lateral_shift_mm`, `load_kN`, `normal_force_N`, `hertz_p0_MPa`,
-    `hertz_a_mm`, `hertz_b_mm`, the program's `version`, and an `annotation`: the case and its verdict in lines. Every
-    other number of the case is in its `row.json`.
+    `hertz_a_mm`, `hertz_b_mm`, the unit vectors `contact_normal` and `load_direction` out of the rail, the program's
+    `version`, and an `annotation`: the case and its verdict in lines. Every other number of the case is in its
+    `row.json`.
 
     Parameters
     ----------
@@ -94,12 +95,13 @@ def write_case_vtk(result: CaseResult, folder: str | Path) -> Path:
     ):
         grid = _body_grid(body.mesh, bodies.displacement_mm[name], rigid_motion_mm, bodies.stress_MPa[name])
         for array, values in bodies.yielded.get(name, {}).items():
-            grid.point_data[array] = _mirror_values(body.mesh, values).astype(np.float32)
+            add_array(grid.GetPointData(), array, _mirror_values(body.mesh, values).astype(np.float32))
         if name == "rail":
             pressure = find_node_pressure(result, body.mesh)
-            grid.point_data[_PRESSURE] = _mirror_values(body.mesh, pressure).astype(np.float32)
-            grid.point_data.active_scalars_name = _PRESSURE
-        write_text(folder / file, _xml_text(grid, Path(file).suffix))
+            add_array(grid.GetPointData(), PRESSURE, _mirror_values(body.mesh, pressure).astype(np.float32))
+        # ParaView colours a collection by an active array of its blocks
+        grid.GetPointData().SetActiveScalars(PRESSURE if name == "rail" else "von_mises_MPa")
+        write_text(folder / file, format_xml(grid))
     return write_contact_vtk(result, folder)
 
 
@@ -130,7 +132,7 @@ def write_contact_vtk(result: CaseResult, folder: str | Path) -> Path:
     }
     _add_field_data(meshes["pressure"], result)
     for name, file in _CONTACT:
-        write_text(folder / file, _xml_text(meshes[name], Path(file).suffix))
+        write_text(folder / file, format_xml(meshes[name]))
     for collection, blocks in _BLOCKS.items():
         write_text(folder / collection, _collection_text(blocks))
     return folder / COLLECTION
@@ -144,23 +146,6 @@ def _to_ascii(text: str) -> str:
     """
     ascii_text = escape_invisible(text).replace("±", "+-").encode("ascii", "replace").decode("ascii")
     return re.sub(r"[$|]", r"\\\g<0>", ascii_text)
-
-
-def _xml_text(mesh: Any, suffix: str) -> str:
-    """Text of a VTK XML file for a mesh.
-
-    If VTK writes to a file and the disk is full, it ends the process without a message.
-    """
-    from vtkmodules.vtkIOXML import vtkXMLPolyDataWriter, vtkXMLUnstructuredGridWriter
-
-    writer = {".vtu": vtkXMLUnstructuredGridWriter, ".vtp": vtkXMLPolyDataWriter}[suffix]()
-    writer.SetInputData(mesh)
-    writer.SetDataModeToBinary()
-    # another level gives files that are 2 % smaller and takes twice as long
-    writer.SetCompressionLevel(1)
-    writer.WriteToOutputStringOn()
-    writer.Write()
-    return str(writer.GetOutputString())
 
 
 def write_pvd(path: str | Path, entries: Iterable[tuple[float, str | Path]]) -> Path:
@@ -242,7 +227,7 @@ def _approach_mm(result: CaseResult) -> Floats:
 
 
 def _add_field_data(mesh: Any, result: CaseResult) -> None:
-    """Add shift, load, force, ellipse, version and annotation to a mesh.
+    """Add shift, load, force, ellipse, directions, version and annotation to a mesh.
 
     Numbers are in the units of their names; `TimeValue` is the lateral shift in mm. Texts are reduced to ASCII.
     """
@@ -254,15 +239,17 @@ def _add_field_data(mesh: Any, result: CaseResult) -> None:
         "hertz_p0_MPa": result.load.deciding_ellipse.p0_MPa,
         "hertz_a_mm": result.load.deciding_ellipse.a_mm,
         "hertz_b_mm": result.load.deciding_ellipse.b_mm,
+        "contact_normal": result.placement.first.normal,
+        "load_direction": result.placement.load_direction(normal=result.case.load_kind == "normal"),
     }
     for name, value in numbers.items():
-        mesh.field_data[name] = np.array([value])
+        add_array(mesh.GetFieldData(), name, np.array(value, dtype=float).reshape(1, -1))
     for name, text in (("version", __version__), ("annotation", case_annotation(result_record(result)))):
-        mesh.field_data[name] = [_to_ascii(text)]
+        add_text(mesh, name, _to_ascii(text))
 
 
 def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, stress: Floats) -> Any:
-    """Body as a pyvista grid, mirrored if it is half.
+    """Body as a VTK grid, mirrored if it is half.
 
     Parameters
     ----------
@@ -277,11 +264,9 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
 
     Returns
     -------
-    pyvista.UnstructuredGrid
+    vtkUnstructuredGrid
         Undeformed hexahedra with `displacement_mm`, `stress_MPa` and `von_mises_MPa`, stresses in single precision.
     """
-    import pyvista
-
     mirror = _Mirror.build(mesh) if mesh.half else None
     points, hexes = mesh.points, mesh.hexes
     if mirror is not None:
@@ -292,14 +277,12 @@ def _body_grid(mesh: BodyMesh, displacement: Floats, rigid_motion_mm: Floats, st
         stress = mirror.extend(stress, _MIRRORED_STRESS)
         # the mirror turns cells inside out, and the exchange of both layers turns them back
         hexes = np.concatenate([hexes, mirror.image[hexes[:, [4, 5, 6, 7, 0, 1, 2, 3]]]])
-    grid = pyvista.UnstructuredGrid({pyvista.CellType.HEXAHEDRON: hexes}, points)
-    grid.point_data["displacement_mm"] = displacement + rigid_motion_mm
+    grid = build_hexahedra(points, hexes)
+    point_data = grid.GetPointData()
+    add_array(point_data, "displacement_mm", displacement + rigid_motion_mm, "XYZ")
     # stresses have errors of a few per cent, so single precision suffices and halves the file
-    grid.point_data["stress_MPa"] = stress.astype(np.float32)
-    grid.point_data["von_mises_MPa"] = von_mises(stress).astype(np.float32)
-    for array, names in (("displacement_mm", "XYZ"), ("stress_MPa", _STRESSES)):
-        for number, name in enumerate(names):
-            grid.GetPointData().GetArray(array).SetComponentName(number, name)
+    add_array(point_data, "stress_MPa", stress.astype(np.float32), _STRESSES)
+    add_array(point_data, "von_mises_MPa", von_mises(stress).astype(np.float32))
     return grid
 
 
