@@ -19,6 +19,7 @@ from fecontact.contact_theories.hertz import calculate_ellipse_shape, hertz_elli
 from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
 from fecontact.contact_theories.kpec import solve_kpec
 from fecontact.contact_theories.strip_method import (
+    StripDistances,
     StripGap,
     StripLoad,
     StripSearch,
@@ -404,7 +405,7 @@ def test_fewer_than_twenty_strips_are_refused():
 def test_influence_is_the_integral_over_a_strip():
     # the half-ellipse's opening beside it and its curvature along x, by quadrature with x = a sin(angle)
     q, away = np.array([9.0, 0.25, 4.0]), np.array([0.5, 3.0, 8.0])
-    J, slope, curving, u2 = calculate_influence(q, np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))
+    J, slope, curving, u2 = calculate_influence(q, StripDistances.of(np.tile(away[:, None], 3)), np.full(3, 0.1))
     angle = -0.5 * math.pi + math.pi * (np.arange(20_000) + 0.5) / 20_000
     weight = math.pi / 20_000 * np.cos(angle) ** 2
     for i in range(3):
@@ -417,14 +418,14 @@ def test_influence_is_the_integral_over_a_strip():
             bent = q[j] * (weight * (away[i] ** 2 - 2.0 * x**2) / distance**5).sum()
             assert curving[i, j] == pytest.approx(bent, rel=1e-5)
             assert u2[i, j] == q[j] + away[i] ** 2
-    stretched = calculate_influence(q * (1.0 + 1e-5), np.tile(away[:, None] ** 2, 3), np.full(3, 0.1))[0]
+    stretched = calculate_influence(q * (1.0 + 1e-5), StripDistances.of(np.tile(away[:, None], 3)), np.full(3, 0.1))[0]
     assert (stretched - J) / (1e-5 * q) == pytest.approx(slope, rel=1e-3)
 
 
 @pytest.mark.parametrize("fault", ["own strip", "far strips", "curvature"])
 def test_a_wrong_influence_is_seen(fault, monkeypatch):
-    def wrong(q, distance2, h):
-        J, slope, curving, u2 = calculate_influence(q, distance2, h)
+    def wrong(q, distances, h):
+        J, slope, curving, u2 = calculate_influence(q, distances, h)
         diagonal = np.eye(q.size, dtype=bool)
         J = np.where(diagonal if fault == "own strip" else ~diagonal, 1.05, 1.0) * J if fault != "curvature" else J
         return J, slope, curving * (1.03 if fault == "curvature" else 1.0), u2

@@ -1,6 +1,6 @@
 """Strip method: non-elliptic contact of wheel and rail from two conditions on a single line.
 
-The module needs numpy and scipy only.
+The module needs numpy only.
 
 Two half-spaces with the gap f(t) + A x^2 (x along the rail, t across) are pressed together by the approach d. The patch
 is divided into strips along x. The strip at t has the half length a(t), q = a^2, and the pressure
@@ -60,14 +60,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 Span = tuple[float, float]
 
-# Number of steps of the AGM: the error is 1e-6 of J for strips that are 50 times longer than wide.
-_AGM_STEPS = 3
 _SHORT_STRIP_RATIO = 0.4
 # A strip without contact has a squared half length of this fraction of its squared width, to avoid division by zero.
 _OPEN_STRIP_FRACTION = 1e-6
@@ -287,15 +284,36 @@ def solve_strips_of_lines(
     ]
 
 
-def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class StripDistances:
+    """Distances e from strips, with the roots that equation (6) needs.
+
+    Attributes
+    ----------
+    square, distance, root : ndarray of shape (..., n, n)
+        e^2 in mm^2, |e| in mm and its square root.
+    """
+
+    square: Floats
+    distance: Floats
+    root: Floats
+
+    @classmethod
+    def of(cls, distance: Floats) -> StripDistances:
+        """Roots and squares of distances, in mm, with any sign."""
+        length = np.abs(distance)
+        return cls(square=length * length, distance=length, root=np.sqrt(length))
+
+
+def calculate_influence(q: Floats, distances: StripDistances, h: Floats) -> tuple[Floats, Floats, Floats, Floats]:
     """Influence of strips on the opening at strips, by equations (2) and (3).
 
     Parameters
     ----------
     q : ndarray of shape (..., n)
         Squared half length of each strip in mm^2, in columns.
-    distance2 : ndarray of shape (..., n, n)
-        Squared distances between the strips in mm^2.
+    distances
+        Distances (..., n, n) between the strips.
     h : ndarray of shape (..., n)
         Width of each strip in mm.
 
@@ -304,7 +322,7 @@ def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats
     J, dJ/dq, J / u^2, u^2 (..., n, n)
         Integral in mm, its derivative in 1/mm, the curvature factor in 1/mm, and u^2 in mm^2.
     """
-    u2, slope, J = _influence_of_distant_strips(q[..., None, :], distance2)
+    u2, slope, J = _influence_of_distant_strips(q[..., None, :], distances)
     a, diagonal = np.sqrt(q), np.arange(q.shape[-1])
     effective_length = np.maximum(a, _SHORT_STRIP_RATIO * h)
     logarithm = np.log(8.0 * np.pi * effective_length / h)
@@ -315,69 +333,91 @@ def calculate_influence(q: Floats, distance2: Floats, h: Floats) -> tuple[Floats
     return J, slope, J / u2, u2
 
 
-def _influence_of_distant_strips(q: Floats, distance2: Floats) -> tuple[Floats, Floats, Floats]:
+def _influence_of_distant_strips(q: Floats, distances: StripDistances) -> tuple[Floats, Floats, Floats]:
     """u^2, dJ/dq and J by equation (6), except for a distance of 0.
 
-    The integrals are by the arithmetic-geometric mean in `_AGM_STEPS` steps.
+    The arithmetic-geometric mean of u and |e| takes three steps: the error is 1e-6 of J for strips that are 50 times
+    longer than wide. With its means a_k and g_k, a_2 is the square of
+    (sqrt(u) + sqrt(|e|)) / 2 and a_4 the square of (sqrt(a_2) + sqrt(g_2)) / 2, so that four square roots suffice.
 
     Parameters
     ----------
     q
         Squared half lengths of the strips in mm2.
-    distance2
-        Squared distances from the strips in mm2, > 0; `q` is broadcast to their shape.
+    distances
+        Distances from the strips, > 0; `q` is broadcast to their shape.
     """
-    u2 = distance2 + q
-    arithmetic_mean, geometric_mean, difference = np.sqrt(u2), np.sqrt(distance2), np.empty_like(u2)
-    series = np.broadcast_to(q, u2.shape).copy()
-    # Calculated in place, because this is most of the time of a sweep.
-    for power in range(1, _AGM_STEPS + 2):
-        np.subtract(arithmetic_mean, geometric_mean, out=difference)
-        difference *= 0.5
-        if power <= _AGM_STEPS:
-            geometric_mean *= arithmetic_mean
-            np.sqrt(geometric_mean, out=geometric_mean)
-        arithmetic_mean -= difference
-        difference *= difference
-        difference *= 2.0**power
-        series += difference
-    slope = np.divide(0.5 * np.pi, arithmetic_mean, out=arithmetic_mean)
+    u2 = distances.square + q
+    # Calculated in place, because this is most of the time of a sweep: four arrays stay in the cache of a core.
+    mean = np.sqrt(u2)
+    root = np.sqrt(mean)
+    series = mean - distances.distance
+    series *= series
+    series *= 2.0
+    mean += distances.distance
+    difference = root * distances.root
+    mean *= difference
+    mean *= 8.0
+    np.sqrt(mean, out=mean)  # 4 g_2
+    np.subtract(root, distances.root, out=difference)
+    difference *= difference
+    difference *= difference
+    series += difference
+    series *= 2.0
+    root += distances.root  # 2 sqrt(a_2)
+    np.multiply(root, root, out=difference)
+    difference -= mean
+    difference *= difference
+    series += difference
+    series *= 2.0
+    np.sqrt(mean, out=mean)  # 2 sqrt(g_2)
+    np.subtract(root, mean, out=difference)
+    difference *= difference
+    difference *= difference
+    series += difference
+    series *= 0.0625
+    series += q
+    root += mean  # 4 sqrt(a_4)
+    root *= root
+    slope = np.divide(8.0 * np.pi, root, out=root)
     series *= slope
     return u2, slope, series
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(kw_only=True, eq=False)
 class _StripStack:
-    """Strips of m contacts during the sweeps, n strips per contact.
+    """Strips of m contacts during the sweeps, n strips per contact. A sweep changes the last attributes.
 
     Attributes
     ----------
     number : ndarray of shape (m,)
         Number of each contact among the contacts of the stack at its beginning.
-    t, h, q, c, f, closing, open_q : ndarray of shape (m, n)
-        Middles, widths, squared half lengths and pressure factors as in `StripSolution`, gap and closing of the line,
-        and squared half length of a strip without contact.
-    distance2 : ndarray of shape (m, n, n)
-        Squared distances between the strips in mm^2.
-    A, E, approach, force : ndarray of shape (m, 1)
-        Constants of the line, approach in mm, and force in N; NaN if the approach is given.
-    change : ndarray of shape (m, 1)
-        Last change of c and q, weighted by force.
+    t, h, f, closing, open_q : ndarray of shape (m, n)
+        Middles and widths of the strips, gap and closing of the line, and squared half length of a strip without
+        contact.
+    distances
+        Distances (m, n, n) between the strips.
+    A, E, force : ndarray of shape (m, 1)
+        Constants of the line, and force in N; NaN if the approach is given.
+    q, c : ndarray of shape (m, n)
+        Squared half lengths and pressure factors as in `StripSolution`.
+    approach, change : ndarray of shape (m, 1)
+        Approach in mm, and last change of c and q, weighted by force.
     """
 
     number: NDArray[np.intp]
     t: Floats
     h: Floats
-    q: Floats
-    c: Floats
     f: Floats
     closing: Floats
     open_q: Floats
-    distance2: Floats
+    distances: StripDistances
     A: Floats
     E: Floats
-    approach: Floats
     force: Floats
+    q: Floats
+    c: Floats
+    approach: Floats
     change: Floats
 
     @classmethod
@@ -396,16 +436,16 @@ class _StripStack:
             number=np.arange(len(lines)),
             t=t,
             h=h,
-            q=np.maximum(q, open_q),
-            c=c,
             f=np.stack(gaps),
             closing=np.stack(closings),
             open_q=open_q,
-            distance2=(t[:, :, None] - t[:, None, :]) ** 2,
+            distances=StripDistances.of(t[:, :, None] - t[:, None, :]),
             A=np.array([[line.A] for line in lines]),
             E=np.array([[line.E] for line in lines]),
-            approach=np.array(approaches)[:, None],
             force=np.array([[math.nan if load.force is None else load.force] for load in loads]),
+            q=np.maximum(q, open_q),
+            c=c,
+            approach=np.array(approaches)[:, None],
             change=np.full((len(lines), 1), np.inf),
         )
 
@@ -413,7 +453,9 @@ class _StripStack:
         """Contacts that are selected by a mask (m,)."""
         if is_selected.all():
             return self
-        return _StripStack(**{name: values[is_selected] for name, values in vars(self).items()})
+        distances = StripDistances(**{name: values[is_selected] for name, values in vars(self.distances).items()})
+        arrays = {name: values[is_selected] for name, values in vars(self).items() if name != "distances"}
+        return _StripStack(distances=distances, **arrays)
 
     def make_solution(self, k: int, sweeps: int, tolerance: float) -> StripSolution:
         """Solution of contact k of the stack after its last sweep."""
@@ -422,7 +464,7 @@ class _StripStack:
             t=self.t[k],
             h=self.h[k],
             q=q,
-            c=self.c[k],
+            c=self.c[k].copy(),
             approach=float(self.approach[k, 0]),
             force=float(0.5 * np.pi * (self.h[k] * self.c[k] * self.closing[k]) @ q),
             sweeps=sweeps,
@@ -463,7 +505,7 @@ def _sweep_stack(stack: _StripStack, search: StripSearch) -> list[StripSolution]
     """
     solutions: dict[int, StripSolution] = {}
     for sweeps in range(1, search.most_sweeps + 1):
-        stack = _make_sweep(stack, search.tolerance)
+        _make_sweep(stack, search.tolerance)
         is_moving = (stack.change[:, 0] > search.tolerance) & (sweeps < search.most_sweeps)
         for k in np.flatnonzero(~is_moving).tolist():
             solutions[int(stack.number[k])] = stack.make_solution(k, sweeps, search.tolerance)
@@ -473,67 +515,57 @@ def _sweep_stack(stack: _StripStack, search: StripSearch) -> list[StripSolution]
     return [solutions[number] for number in sorted(solutions)]
 
 
-def _make_sweep(stack: _StripStack, tolerance: float) -> _StripStack:
+def _make_sweep(stack: _StripStack, tolerance: float) -> None:
     """Make a Newton step of q and d, and the change of c after it.
 
     c stays where the change is at most the tolerance.
     """
-    h, q, c, closing, approach = stack.h, stack.q, stack.c, stack.closing, stack.approach
-    J, slope, curvature_influence, u2 = calculate_influence(q, stack.distance2, h)
-    weight = h * c / (np.pi * stack.E)
+    q, c, closing, approach = stack.q, stack.c, stack.closing, stack.approach
+    J, slope, curvature_influence, u2 = calculate_influence(q, stack.distances, stack.h)
+    weight = stack.h * c / (np.pi * stack.E)
     gap = np.matvec(J, weight) + closing * (stack.f - approach)
-    is_closed = (q > stack.open_q) | (gap < 0.0)
-    missing_force = 2.0 * stack.force / (np.pi**2 * stack.E) - np.vecdot(weight * closing, q)[:, None]
-    step, approach_step = np.empty_like(q), np.empty_like(approach)
-    # Each contact alone, because other strips are closed in it. So its result does not depend on the other contacts.
-    for k, force in enumerate(missing_force[:, 0].tolist()):
-        step[k], approach_step[k] = _newton_step(
-            slope[k], weight[k], gap[k], is_closed[k], closing[k], None if math.isnan(force) else force
-        )
+    step, approach_step = _find_newton_step(stack, slope, weight, gap)
     largest_q = q.max(axis=1, keepdims=True)
-    next_q = np.maximum(q + np.minimum(step, 0.5 * largest_q), stack.open_q)
-    step, q, approach = next_q - q, next_q, approach + approach_step
+    stack.q, stack.approach = np.maximum(q + np.minimum(step, 0.5 * largest_q), stack.open_q), approach + approach_step
+    step = stack.q - q
     # The sum of (5) after the step: its derivative with respect to q is (dJ/dq - J / u^2) / u^2.
     slope -= curvature_influence
     slope /= u2
     relative_curvature = (
         0.5 * (np.matvec(curvature_influence, weight) + np.matvec(slope, weight * step)) / (stack.A * closing)
     )
-    is_loaded = q > stack.open_q
-    force_share = weight * np.where(is_loaded, q, 0.0)
+    is_loaded = stack.q > stack.open_q
+    force_share = np.where(is_loaded, weight * stack.q, 0.0)
     force_share /= force_share.sum(axis=1, keepdims=True)
     ratio = np.where(is_loaded, 1.0 / np.minimum(np.maximum(relative_curvature, 0.5), 2.0), 1.0)
     # The mean, weighted by force, over the strips that the pressure of a strip bends.
     numerator, denominator = (np.vecmat(weights, curvature_influence) for weights in (force_share * ratio, force_share))
     factor = (numerator / denominator) ** _FACTOR_EXPONENT
-    change = (
-        np.sqrt(np.vecdot(force_share, (factor - 1.0) ** 2))[:, None]
-        + np.sqrt(np.vecdot(force_share, (step / q.max(axis=1, keepdims=True)) ** 2))[:, None]
-        + np.abs(approach_step) / approach
-    )
-    c = np.where(change > tolerance, c * factor, c)
-    return replace(stack, q=q, c=c, approach=approach, change=change)
+    changes = (factor - 1.0) ** 2, (step / stack.q.max(axis=1, keepdims=True)) ** 2
+    stack.change = np.abs(approach_step) / stack.approach
+    for change in changes:
+        stack.change += np.sqrt(np.vecdot(force_share, change))[:, None]
+    stack.c = np.where(stack.change > tolerance, c * factor, c)
 
 
-def _newton_step(
-    slope: Floats, weight: Floats, gap: Floats, is_closed: Bools, closing: Floats, missing_force: float | None
-) -> tuple[Floats, float]:
-    """Newton steps of q (n,) and of the approach of a contact.
+def _find_newton_step(stack: _StripStack, slope: Floats, weight: Floats, gap: Floats) -> tuple[Floats, Floats]:
+    """Newton steps (m, n) of q and (m, 1) of the approach.
 
-    The step of q is zero for open strips; only closed strips have equations. `slope` (n, n) times `weight` (n,) is
-    d gap / d q. If a force is given, then `missing_force` is its error divided by pi^2 E / 2.
+    Only closed strips have the equation gap = 0; the step of open strips is zero. `slope` (m, n, n) times `weight`
+    (m, n) is d gap / d q. The last equation is the given force; if the approach is given, then its step is zero.
     """
-    closed = np.flatnonzero(is_closed)
-    count = closed.size
-    size = count if missing_force is None else count + 1
-    matrix, right_side = np.empty((size, size)), np.empty(size)
-    matrix[:count, :count], right_side[:count] = slope[closed[:, None], closed] * weight[closed], -gap[closed]
-    if missing_force is not None:
-        matrix[:count, count], matrix[count, :count] = -closing[closed], (weight * closing)[closed]
-        matrix[count, count], right_side[count] = 0.0, missing_force
-    solution, step = np.linalg.solve(matrix, right_side), np.zeros(gap.size)
-    step[closed] = solution[:count]
-    return step, 0.0 if missing_force is None else float(solution[count])
+    number, size = gap.shape
+    missing_force = 2.0 * stack.force / (np.pi**2 * stack.E) - np.vecdot(weight * stack.closing, stack.q)[:, None]
+    matrix, right_side = np.zeros((number, size + 1, size + 1)), np.empty((number, size + 1))
+    np.multiply(slope, weight[:, None, :], out=matrix[:, :size, :size])
+    matrix[:, :size, size], matrix[:, size, :size] = -stack.closing, weight * stack.closing
+    right_side[:, :size], right_side[:, size:] = -gap, missing_force
+    has_equation = np.concatenate(((stack.q > stack.open_q) | (gap < 0.0), np.isfinite(missing_force)), axis=1)
+    without = np.nonzero(~has_equation)
+    matrix[without], right_side[without] = 0.0, 0.0
+    matrix[(*without, without[1])] = 1.0
+    steps = np.linalg.solve(matrix, right_side[..., None])[..., 0]
+    return steps[:, :size], steps[:, size:]
 
 
 def _solve_coarsely(lines: Sequence[StripGap], loads: Sequence[StripLoad], tolerance: float) -> list[StripSolution]:
@@ -569,18 +601,8 @@ def _solve_springs(line: StripGap, load: StripLoad) -> StripSolution:
     if load.approach is not None:
         approach = load.approach
     else:
-        # The springs have the force (pi / 2) c (d / 2 - f) / A per width, which increases steadily with d.
         assert load.force is not None
-        target, max_approach, widths = (
-            load.force / (0.5 * np.pi * c / line.A),
-            2.0 * float(line.f.max()),
-            np.gradient(line.t),
-        )
-
-        def excess_force(approach: float) -> float:
-            return float(widths @ np.maximum(0.5 * approach - line.f, 0.0)) - target
-
-        approach = brentq(excess_force, 0.0, max_approach) if excess_force(max_approach) > 0.0 else max_approach
+        approach = _find_spring_approach(line, load.force / (0.5 * np.pi * c / line.A))
     t, h = _build_strips(_selected_spans(line, line.f < approach), _COARSE_STRIPS)
     q = np.maximum(0.5 * approach - line.at(t)[0], 0.0) / line.A
     factor = np.full_like(t, c)
@@ -590,6 +612,22 @@ def _solve_springs(line: StripGap, load: StripLoad) -> StripSolution:
     for patch in _split_patches(spring_solution):
         factor[patch] = line.E * line.A * estimate_ellipse_factor(2.0 * np.sqrt(q[patch].max()) / (h[patch].sum()))
     return spring_solution
+
+
+def _find_spring_approach(line: StripGap, overlap_mm2: float) -> float:
+    """Approach d at which the overlaps d / 2 - f, the forces of the springs, have a given sum over their widths.
+
+    At most twice the largest gap. The sum is convex in d with straight pieces, so that Newton steps from a larger
+    approach end at the exact solution.
+    """
+    approach, f, widths = 2.0 * float(line.f.max()), line.f, np.gradient(line.t)
+    while True:
+        is_closed = f < 0.5 * approach
+        f, widths = f[is_closed], widths[is_closed]
+        next_approach = 2.0 * (overlap_mm2 + float(widths @ f)) / float(widths.sum())
+        if next_approach >= approach:
+            return approach
+        approach = next_approach
 
 
 def estimate_ellipse_factor(ratio: float) -> float:
@@ -709,7 +747,8 @@ def _overlapping_spans(line: StripGap, strips: StripSolution) -> list[Span]:
     stride = max(1, indices.size // _OVERLAP_CHECK_POSITIONS)
     indices = indices[::stride]
     is_loaded = strips.q > 0.0
-    _, _, J = _influence_of_distant_strips(strips.q[is_loaded], (line.t[indices, None] - strips.t[is_loaded]) ** 2)
+    distances = StripDistances.of(line.t[indices, None] - strips.t[is_loaded])
+    _, _, J = _influence_of_distant_strips(strips.q[is_loaded], distances)
     opening = J @ (strips.h * strips.c)[is_loaded] / (np.pi * line.E)
     is_overlapping = opening < line.closing[indices] * (strips.approach * (1.0 - _MIN_OVERLAP) - line.f[indices])
     if not is_overlapping.any():
