@@ -37,6 +37,7 @@ from fecontact.profiles.library import load_library_profile, profile_identity
 from fecontact.profiles.writers import csv_text
 from fecontact.regression.check_pages import UnsolvedCases, render_reports
 from fecontact.regression.checks import Check
+from fecontact.regression.tables import _read_csv_rows
 
 VISIBLE = (
     *(r"w$\frac{$x", "a$b$c", r"a\$b", "<script>alert(1)</script>".replace("/", "_"), "&amp;", "a_b^c{d}"),
@@ -321,6 +322,19 @@ def test_a_table_in_a_file_is_clean(tmp_path):
         heading, cells = csv.reader(file)
     # the heading is guarded against formulas like a cell
     assert heading == cells == [*map(escape_invisible, names[:-1]), "'=1+1"]
+
+
+def test_texts_of_numbers_have_no_apostrophe_in_a_table_and_all_texts_are_read_back(tmp_path):
+    numbers = ["-4.5", "+0.039", "-12 %", "+3%", "-1e-3", "-.5", "-"]
+    formulas = ["-1+2", "=1", "-x", "+cmd|' /C calc'!A0", "@a", "'-3", "-4.5; -3", "--1", "-1\n"]
+    table = write_csv([{"number": -4.5, "text": text} for text in (*numbers, *formulas)], tmp_path / "a.csv")
+    with table.open(encoding="utf-8", newline="") as file:
+        _, *rows = csv.reader(file)
+    assert [row[0] for row in rows] == ["-4.5"] * len(rows)
+    assert [row[1] for row in rows] == [*numbers, *(f"'{escape_invisible(text)}" for text in formulas)]
+    columns, rows = _read_csv_rows(table)
+    assert columns == ["number", "text"]
+    assert [row[1] for row in rows] == [*numbers, *map(escape_invisible, formulas)]
 
 
 @pytest.mark.parametrize("name", ["a$b$c", "a|b|c", r"w$\frac{$x"])

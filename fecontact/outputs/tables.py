@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -296,7 +297,8 @@ def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     """Write rows as CSV.
 
     Columns are in the order in which they first occur. Missing values and NaN are empty. A text that spreadsheets would
-    evaluate has an apostrophe before it (`files.FORMULA_PREFIXES`), also in the heading. Characters that a terminal
+    evaluate has an apostrophe before it (`files.FORMULA_PREFIXES`), also in the heading; texts of numbers have none.
+    Characters that a terminal
     would execute are escapes (`escape_invisible`).
 
     Parameters
@@ -326,7 +328,12 @@ def write_csv(rows: Iterable[TableRecord], path: str | Path) -> Path:
     return write_text(path, buffer.getvalue())
 
 
+# Texts that begin with a sign and that no spreadsheet evaluates: numbers, also in per cent, and a dash alone.
+_SIGNED_NUMBER = re.compile(r"[+-](?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?(?: ?%)?)?\Z", re.ASCII)
+
+
 def _cell(value: object) -> object:
     if isinstance(value, str):
-        return escape_invisible(f"'{value}" if value.startswith(FORMULA_PREFIXES) else value)
+        is_formula = value.startswith(FORMULA_PREFIXES) and not _SIGNED_NUMBER.match(value)
+        return escape_invisible(f"'{value}" if is_formula else value)
     return None if is_missing(value) else value

@@ -1165,14 +1165,34 @@ def test_differences_are_the_largest_ones_and_name_their_radius():
     assert "the critical speed by +25 %" in describe_difference(difference)
 
 
-def test_straight_track_without_an_oscillation_says_so(monkeypatch):
+@pytest.mark.parametrize(
+    "values",
+    [
+        [-1.0, -2.0],
+        # a wheelset of cylinders: its bodies oscillate on the contacts and on the suspension, at any speed alike
+        [6.5e-8 + 1550j, 6.5e-8 - 1550j, -14.2 + 76.7j, -14.2 - 76.7j, -0.009],
+    ],
+)
+def test_straight_track_without_hunting_says_so(monkeypatch, values):
     monkeypatch.setattr(
-        "fecontact.features.curves.stability.compute_eigenvalues", lambda *_: np.array([-1.0, -2.0], dtype=complex)
+        "fecontact.features.curves.stability.compute_eigenvalues", lambda *_: np.array(values, dtype=complex)
     )
     straight = analyse_straight_track("multi_hertz", FREE, cone_line())
-    assert straight.problem == "no motion oscillates at 7.2 km/h"
-    assert straight.critical_speed_km_h is None
-    assert describe_straight_track(straight) == "straight track, multi_hertz: no motion oscillates at 7.2 km/h"
+    problem = "no motion oscillates at 7.2 km/h with a wavelength of at least 1 m: the vehicle does not hunt"
+    assert straight.problem == problem
+    assert (straight.critical_speed_km_h, straight.slow_wavelength_m) == (None, None)
+    assert describe_straight_track(straight) == f"straight track, multi_hertz: {problem}"
+
+
+def test_rounding_errors_of_an_undamped_oscillation_are_no_growth(monkeypatch):
+    model, values = linearise_vehicle(FREE, cone_line()), {"real": 6.5e-8}
+    monkeypatch.setattr(
+        "fecontact.features.curves.stability.compute_eigenvalues",
+        lambda *_: np.array([values["real"] + 1550j, -1.0 + 0.5j], dtype=complex),
+    )
+    assert find_critical_speed_m_s(model) is None
+    values["real"] = 1e-5
+    assert find_critical_speed_m_s(model) == 2.0
 
 
 def test_a_critical_speed_below_the_lowest_one_searched_is_no_number():

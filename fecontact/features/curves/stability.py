@@ -36,6 +36,13 @@ _POSITION_STEP, _RATE_STEP = 1e-4, 1e-7
 # Lowest and highest speed of the search for the critical speed, and number of speeds.
 _MIN_SPEED_M_S, _MAX_SPEED_M_S, _SPEED_COUNT = 2.0, 250.0, 60
 _SPEED_TOLERANCE_M_S = 0.01
+# Least wavelength of hunting. Klingel's wavelength of a small wheel (radius 150 mm, gauge 1000 mm) with a conicity of 1
+# is 1.7 m. At low speeds all shorter oscillations are of the bodies on their suspension and on the contacts: their
+# frequency does not depend on the speed.
+_LEAST_WAVELENGTH_M = 1.0
+# Growth that is a rounding error, in 1/s and as a fraction of the frequency: a wheelset of cylinders on its contacts
+# oscillates at 1550 rad/s without damping, and the eigenvalue has a real part of 7e-8.
+_GROWTH_ROUNDING, _RELATIVE_GROWTH_ROUNDING = 1e-9, 1e-9
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,7 +250,7 @@ def compute_eigenvalues(model: LinearModel, speed_m_s: float) -> NDArray[np.comp
 
 
 def find_hunting(model: LinearModel, speed_m_s: float) -> Hunting:
-    """Find the least damped oscillation at a speed.
+    """Find the least damped oscillation with a wavelength of hunting at a speed.
 
     Parameters
     ----------
@@ -260,12 +267,15 @@ def find_hunting(model: LinearModel, speed_m_s: float) -> Hunting:
     Raises
     ------
     ConvergenceError
-        If no motion oscillates, for example without conicity.
+        If no motion oscillates over at least 1 m of track, for example without conicity.
     """
     values = compute_eigenvalues(model, speed_m_s)
-    oscillating = values[values.imag > 1e-6]
+    oscillating = values[(values.imag > 1e-6) & (values.imag < 2.0 * math.pi * speed_m_s / _LEAST_WAVELENGTH_M)]
     if oscillating.size == 0:
-        raise ConvergenceError(f"no motion oscillates at {3.6 * speed_m_s:g} km/h")
+        raise ConvergenceError(
+            f"no motion oscillates at {3.6 * speed_m_s:g} km/h with a wavelength of at least {_LEAST_WAVELENGTH_M:g} m:"
+            " the vehicle does not hunt"
+        )
     least_damped = oscillating[int(np.argmax(oscillating.real))]
     return Hunting(
         speed_m_s=speed_m_s,
@@ -338,7 +348,8 @@ def find_critical_speed_m_s(model: LinearModel) -> float | None:
     """
 
     def is_growing(speed: float) -> bool:
-        return bool(compute_eigenvalues(model, speed).real.max() > 1e-9)
+        values = compute_eigenvalues(model, speed)
+        return bool((values.real > _GROWTH_ROUNDING + _RELATIVE_GROWTH_ROUNDING * np.abs(values)).any())
 
     speeds = np.linspace(_MIN_SPEED_M_S, _MAX_SPEED_M_S, _SPEED_COUNT)
     first_growing = next((index for index, speed in enumerate(speeds) if is_growing(float(speed))), None)
