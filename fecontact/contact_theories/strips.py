@@ -30,6 +30,10 @@ from fecontact.placement.wheel_on_rail import Placement
 _MIN_STRIPS = 20
 # With this number of strips, the approach is within 0.02 % of the approach with 100 strips.
 _SLIDE_STRIPS = 32
+# Above this contact angle the slide changes the approach, and the slide is calculated again from this approach: this
+# number of slides in all. With a single slide the peak of A65 under an APTA340 wheel at -7.76 mm, 250 kN (75 degrees, a
+# slide of 1.6 mm in a patch 3.2 mm wide) is 27 % too high.
+_STEEP_RAD, _STEEP_SLIDES = math.radians(30.0), 4
 # Strips narrower than half a step of the gap line resolve the kinks between its places: with five strips per step the
 # peak of a patch that is 0.4 mm wide and 15 times as long is 6.6 % too high, on a smooth curve 0.5 %.
 _MAX_STRIPS_PER_STEP = 2
@@ -389,13 +393,15 @@ def build_gap_lines_under_loads(
         Gaps after the slides, in the order of the placements.
     """
     lines = [build_gap_line(placement, contact_modulus_MPa=contact_modulus_MPa) for placement in placements]
-    loads = [StripLoad(force=normal_force_N) for normal_force_N in normal_forces_N]
-    solutions = _solve_on_strips(lines, _SLIDE_STRIPS, loads)
-    return [
-        build_gap_line(
-            placement,
-            contact_modulus_MPa=contact_modulus_MPa,
-            slide_mm=-solution.approach * math.tan(placement.first.contact_angle_rad),
-        )
-        for placement, solution in zip(placements, solutions, strict=True)
-    ]
+    numbers = list(range(len(lines)))
+    for _ in range(_STEEP_SLIDES):
+        loads = [StripLoad(force=normal_forces_N[number]) for number in numbers]
+        solutions = _solve_on_strips([lines[number] for number in numbers], _SLIDE_STRIPS, loads)
+        for number, solution in zip(numbers, solutions, strict=True):
+            lines[number] = build_gap_line(
+                placements[number],
+                contact_modulus_MPa=contact_modulus_MPa,
+                slide_mm=-solution.approach * math.tan(placements[number].first.contact_angle_rad),
+            )
+        numbers = [number for number in numbers if abs(placements[number].first.contact_angle_rad) > _STEEP_RAD]
+    return lines
