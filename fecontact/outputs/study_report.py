@@ -220,12 +220,12 @@ def _answer_text(cases: Sequence[ReportedCase]) -> str:
     return describe_verdict(record) + (f"; {elastic_words(elastic['answer'])}" if elastic is not None else "")
 
 
-def _pair_parts(shown: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Part]:
+def _pair_parts(drawn_case: DrawnCase | None, rows: Sequence[RowMapping]) -> list[Part]:
     """Section through the pair, with words that name the case."""
-    if shown is None:
+    if drawn_case is None:
         return []
-    words = f"Section through the first contact point {_drawn_case_text(shown.row, rows)}."
-    return [Heading("The pair"), Picture(content=render_svg(pair_figure(shown.placement)), words=words)]
+    words = f"Section through the first contact point {_drawn_case_text(drawn_case.row, rows)}."
+    return [Heading("The pair"), Picture(content=render_svg(pair_figure(drawn_case.placement)), words=words)]
 
 
 def _drawn_case_text(row: RowMapping, rows: Sequence[RowMapping]) -> str:
