@@ -18,6 +18,8 @@ import pytest
 import pyvista
 from kept import keep_as
 
+from fecontact.bodies import Track
+from fecontact.case import Case
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.files import write_json
@@ -25,7 +27,8 @@ from fecontact.judging.judge import judge_load
 from fecontact.outputs.paraview.view import view_script, write_view
 from fecontact.outputs.paraview.vtk import write_pvd
 from fecontact.outputs.study_files import write_tables
-from fecontact.solving.solve import CaseResult
+from fecontact.profiles.reading import Reading
+from fecontact.solving.solve import CaseResult, solve
 
 
 @pytest.fixture(scope="module")
@@ -90,8 +93,10 @@ def test_labels_of_a_colour_scale_do_not_overlap(tmp_path, stress_MPa, labels):
 def test_the_camera_looks_onto_a_gauge_corner_and_the_relief_is_low(tmp_path):
     upright = script_of(tmp_path / "upright", ROW, RECORD)
     # the normal of a surface that rises to the field side by an angle points to the gauge side
-    lobes = [LOBE | {"contact_angle_rad": angle} for angle in (0.2, 1.0)]
-    inclined = script_of(tmp_path / "inclined", ROW, RECORD | {"lobes": lobes})
+    lobes = [LOBE | {"contact_point_number": k, "contact_angle_rad": angle} for k, angle in ((1, 1.0), (None, 0.2))]
+    points = [*RECORD["contact_points"], {"x_mm": 0.0, "y_mm": -8.0, "z_mm": -2.0}]
+    inclined = script_of(tmp_path / "inclined", ROW, {"contact_points": points, "lobes": lobes})
+    assert inclined["CENTRE_MM"] == [0.0, -4.0, -1.0]
     normal = np.array([0.0, -math.sin(0.5), math.cos(0.5)])
     assert np.linalg.norm(inclined["CAMERA"]) == pytest.approx(1.0, abs=1e-3)
     assert normal @ inclined["CAMERA"] == pytest.approx(upright["CAMERA"][2], abs=1e-3)
@@ -169,12 +174,47 @@ def test_paraview_reads_integrates_and_shows_the_whole_ellipse(study, tmp_path):
     shares = [float(share) for share in re.findall(r"([0-9.]+) % of Hertz's ellipse", process.stdout)]
     assert len(shares) == 4
     assert min(shares) > 99.0
-    assert sorted(path.name for path in tmp_path.glob("*.png")) == [
+    names = sorted(path.name for path in tmp_path.glob("*.png"))
+    assert names.pop() == "study_by_itself.png"
+    assert names == [
         f"{name}_{shift}mm_{width}.png"
         for name in ("pressure", "stress")
         for shift in ("+2.50", "-1.00")
         for width in (1000, 1600)
     ]
+
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("rail", "wheel", "inputs"),
+    [
+        # two patches, whose normals differ by 0.17 rad
+        ("60E1", "S1002", {"lateral_shift_mm": 5.0}),
+        ("60E1", "S1002", {"lateral_shift_mm": 4.0, "yaw_rad": 0.01}),
+        # the patch goes around a corner
+        (
+            *(str(ROOT / "studies" / "profiles" / name) for name in ("corner_R10.toml", "fillet_R10-2.toml")),
+            {
+                "inclination_rad": 0.0,
+                "roll": "given",
+                "load_kind": "normal",
+                "wheel_file": Reading(tape_circle_mm=0.0),
+                # the middle of the corner of R 10 below the tape circle, with a level top of 50 mm
+                "track": Track(rail_crown_y_mm=Track().tape_circle_y_mm + 10.0 * math.sin(math.pi / 4.0) + 25.0),
+            },
+        ),
+    ],
+)
+def test_paraview_shows_positions_that_are_not_level(tmp_path, rail, wheel, inputs):
+    folder, pictures = tmp_path / "case", tmp_path / "pictures"
+    pictures.mkdir()
+    keep_as(solve(Case(rail=rail, wheel=wheel, resolution="quick", refine="never", **inputs)), folder)
+    write_view(folder)
+    process = run_check(folder, pictures)
+    assert process.returncode == 0, process.stdout + process.stderr[-2000:]
 
 
 @pytest.mark.slow
@@ -186,6 +226,9 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     line = pyvista.read(folder / "hertz_ellipse.vtp")
     line.points[:, 2] -= 0.5
     line.save(folder / "hertz_ellipse.vtp")
+    surface = pyvista.read(folder / "pressure.vtp")
+    surface.point_data["pressure_vector_MPa"] *= 1.01
+    surface.save(folder / "pressure.vtp")
     script.write_text(
         script.read_text("utf-8").replace("shown.FontSize, shown.Color = 11", "shown.FontSize, shown.Color = 40")
     )
@@ -195,3 +238,6 @@ def test_an_ellipse_below_the_relief_and_text_that_is_cut_are_faults(study, tmp_
     assert len(shares) == 2
     assert max(shares) < 20.0
     assert process.stdout.count("text touches the border") == 4
+    assert re.search(
+        r"FAULT case.vtm: pressure: integral of the pressure along the load: \+(0\.99|1\.0)", process.stdout
+    )

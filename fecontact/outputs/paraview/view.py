@@ -92,7 +92,7 @@ def view_script(collections: Sequence[str], rows: Sequence[RowMapping], folders:
         Python script for ParaView.
     """
     records = [read_json(folder / "result.json") for folder in folders]
-    contact_points_mm = np.array([_read_contact_point_mm(record) for record in records])
+    contact_points_mm = np.array([point_mm for record in records for point_mm in _read_contact_points_mm(record)])
     low, high = contact_points_mm.min(axis=0), contact_points_mm.max(axis=0)
     extent = _largest_value(rows, *(f"{contact}_extent_{axis}_mm" for axis in "xy" for contact in ("fe", "hertz")))
     # the relief has the judged pressure: of bodies that yield if a case has a yield stress
@@ -137,9 +137,11 @@ VON_MISES_LABELS = {json.dumps(_choose_labels(stress))}
 ''' + (files("fecontact.outputs.paraview") / _SCRIPT_BODY).read_text("utf-8")
 
 
-def _read_contact_point_mm(record: Mapping[str, Any]) -> tuple[float, float, float]:
-    first = record["contact_points"][0]
-    return first["x_mm"], first["y_mm"], first["z_mm"]
+def _read_contact_points_mm(record: Mapping[str, Any]) -> list[tuple[float, float, float]]:
+    """First contact point of a case, and the contact points of its lobes and second patches."""
+    numbers = {0, *(lobe["contact_point_number"] for lobe in record["lobes"])} - {None}
+    contact_points = [record["contact_points"][number] for number in sorted(numbers)]
+    return [(point["x_mm"], point["y_mm"], point["z_mm"]) for point in contact_points]
 
 
 def _find_camera_direction(records: Sequence[Mapping[str, Any]]) -> list[float]:
