@@ -348,7 +348,7 @@ def test_progress_of_a_case_is_a_line_for_each_of_its_meshes_where_nobody_watche
     ("words", "worked_by", "time"),
     [
         ("curve --radii 400", "fecontact.features.curves.running.curve", "1 curve: about 2 s"),
-        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 rows: about 4 s"),
+        ("table --shifts 1,2 --loads-kn 50,80", "fecontact.runs.alone.table", "4 rows: about 3 s"),
         (
             "geometry --shifts 1 --loaded-kn 60",
             "fecontact.features.curves.loaded.compute_loaded_conicities",
