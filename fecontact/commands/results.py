@@ -87,7 +87,7 @@ def judge(
     for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:
-        print(judged_results.words.format(criteria=criteria_text(case.criteria)))
+        print(judged_results.words.format(criteria=criteria_text(judged_results.criteria)))
     if code is not None:
         for title, settings in read_settings(folder, case.criteria, case.creep if case.creep.asked else None):
             print_parts((f"{title}:", *settings_lines(code, settings)))

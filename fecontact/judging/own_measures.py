@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fecontact.arrays import Floats
 from fecontact.case import Case
@@ -34,6 +35,12 @@ from fecontact.placement.wheel_on_rail import Placement
 # measure is computed. With 32 nodes per semi-axis it is 1.6 nodes at the edge of the patch: a measure with a threshold
 # changes by the nodes that pass the threshold.
 _CHANGE = 0.05
+# Fraction of the change by which a measure may depend on the outermost loaded nodes. A solver loads nodes up to a tenth
+# of a node spacing outside an exact ellipse: on 13 exact contacts the area of the loaded nodes is 0.4 to 0.9 % too
+# large, and without the outermost nodes it is 5 to 7 % smaller. Without this contribution 5 of 182 deviations in 14
+# measures (areas and means over loaded nodes, widths, gradients, powers of the pressure, loads beyond a place) were not
+# covered, by up to 7 % of their uncertainty.
+_EDGE_FRACTION = 0.2
 _ELEMENTS, _THEORY = "the finite elements", "a theory"
 
 
@@ -228,10 +235,11 @@ class OwnMeasures:
         return {criterion.key: [level[criterion.key] for level in levels] for criterion in self.criteria}
 
     def _compute_node_changes(self, rung: Rung, theory: TheoryContact) -> dict[str, float]:
-        """Largest change of each deviation from every second node to all nodes.
+        """Change of each deviation with the nodes.
 
-        There are four such sets of nodes, as every second node counts in both directions. The change is NaN if a
-        function has no finite value on a set.
+        It is the largest change from every second node to all nodes, and a part of the change without the outermost
+        loaded nodes.         There are four such sets of nodes, as every second node counts in both directions. The
+        change is NaN if a function has no finite value on a set.
         """
         pair = self._build_pair(rung, theory)
         halves = [
@@ -243,7 +251,10 @@ class OwnMeasures:
         for criterion in self.criteria:
             deviation = self._compute_deviation(criterion, *pair)
             half_deviations = [self._compute_deviation(criterion, *half, strict=False) for half in halves]
-            changes[criterion.key] = float(np.max(np.abs(np.array(half_deviations) - deviation)))
+            edge_deviation = self._compute_deviation(criterion, _remove_edge(pair[0]), pair[1], strict=False)
+            changes[criterion.key] = float(
+                np.max(np.abs(np.array(half_deviations) - deviation)) + _EDGE_FRACTION * abs(edge_deviation - deviation)
+            )
         return changes
 
     def _scale_sensitivity(self, criterion: OwnCriterion, rung: Rung, deviation: float) -> Sensitivity:
@@ -384,16 +395,30 @@ def _place_theory_pressure(theory: TheoryContact, grid: ContactGrid) -> Floats:
     for patch in theory.patches:
         x, s = patch.origin_mm
         at_nodes += patch.shape.pressure_MPa(grid.x_mm[:, None] - x, grid.s_mm[None, :] - s)
-    is_inside = at_nodes > 0.0
-    is_moved = ~is_inside & (averaged > 0.0)
+    return _move_inside(averaged, grid.nodal_area_mm2().reshape(grid.shape), at_nodes > 0.0)
+
+
+def _move_inside(pressure_MPa: Floats, area_mm2: Floats, is_inside: NDArray[np.bool_]) -> Floats:
+    """Pressure after the force of each node outside a patch was moved to the nearest node inside.
+
+    Without a node inside the pressure is unchanged.
+    """
+    is_moved = ~is_inside & (pressure_MPa > 0.0)
     if not is_inside.any() or not is_moved.any():
-        return averaged
+        return pressure_MPa
     rows, columns = distance_transform_edt(~is_inside, return_distances=False, return_indices=True)
-    area_mm2 = grid.nodal_area_mm2().reshape(grid.shape)
-    force_N = averaged * area_mm2
+    force_N = pressure_MPa * area_mm2
     placed_force_N = np.where(is_inside, force_N, 0.0)
     np.add.at(placed_force_N, (rows[is_moved], columns[is_moved]), force_N[is_moved])
     return np.asarray(placed_force_N / area_mm2)
+
+
+def _remove_edge(contact: ContactField) -> ContactField:
+    """Field without its outermost loaded nodes; the nodes inside carry their force."""
+    from scipy.ndimage import binary_erosion
+
+    is_inside = binary_erosion(contact.pressure_MPa > 0.0)
+    return replace(contact, pressure_MPa=_move_inside(contact.pressure_MPa, contact.weight_mm2, is_inside))
 
 
 def _stretch(contact: ContactField, centre_mm: tuple[float, float], along: float, across: float) -> ContactField:

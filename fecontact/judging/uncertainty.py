@@ -507,7 +507,7 @@ def estimate_own_budget(
     by_other_fit
         Deviation with the other fit, as in `estimate_budget`.
     node_change
-        Change of the deviation from half of the nodes to all nodes.
+        Change of the deviation with the nodes, from `own_measures.OwnMeasures`.
     irregularity_slope
         Largest slope of irregularities that no mesh has (-).
 
@@ -528,7 +528,7 @@ def estimate_own_budget(
         return sensitivity.bound_change(error, error, error)
 
     return UncertaintyBudget(
-        reading=max(node_change, sensitivity.bound_declared("reading")),
+        reading=node_change + sensitivity.bound_declared("reading"),
         more_nodes=bound_equal(more_nodes),
         mesh_change=change_factor * compute_mesh_change(deviations),
         common_mesh_error=sensitivity.bound_declared("common_mesh_error"),
@@ -577,7 +577,7 @@ def estimate_own_elements_budget(
     compliance = _bound_compliance_error(compliance_error, COMPLIANCE_ERROR_LIMIT)
     centre_reading = abs(sensitivity.centre) * (UNCERTAINTIES["centre_over_b"].elements_reading or 0.0)
     return UncertaintyBudget(
-        reading=max(node_change, sensitivity.bound_change(*readings) + centre_reading),
+        reading=node_change + sensitivity.bound_change(*readings) + centre_reading,
         mesh_change=compute_mesh_change(deviations),
         cut_planes=sensitivity.bound_declared("cut_planes"),
         elements_compliance=sensitivity.bound_change(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
 from fecontact.runs.casefile import list_feature_result_files, list_result_files
 from fecontact.runs.report import report_judged
-from fecontact.runs.store import RECORD_FILE, ROW_FILE, list_unavailable_criteria, name_case_folder, read_case
+from fecontact.runs.store import RECORD_FILE, ROW_FILE, collect_stored_own, name_case_folder, read_case
 from fecontact.runs.stored_folder import describe_unusable_result, read_stored_study
 
 # Number of cases from which on processes save time: a case takes some hundredths of a second, with creep forces
@@ -43,14 +43,19 @@ class JudgedStudy:
         Old and new verdict by id, for cases with two different verdicts.
     missing
         Number of cases of the study without a row, since the study still runs or was interrupted.
-    problems
-        Criteria of a user that are not judged, with the reason.
+    criteria
+        Criteria by which the cases were judged.
     """
 
     rows: tuple[Row, ...]
     changed: dict[str, tuple[str, str]]
     missing: int = 0
-    problems: tuple[str, ...] = ()
+    criteria: Criteria = field(default_factory=Criteria)
+
+    @property
+    def problems(self) -> tuple[str, ...]:
+        """Criteria of a user that were not judged, with the reason; all other rows have a status."""
+        return self.criteria.unavailable_own
 
     @property
     def all_judged(self) -> bool:
@@ -127,6 +132,7 @@ def judge_study(
     folder = Path(folder)
     refuse_output_folder(folder, out)
     name, before, folders, cases = list_stored_cases(folder)
+    criteria = collect_stored_own(folders, criteria)
     rows = _judge_rows(before, folders, criteria, creep, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
@@ -140,7 +146,7 @@ def judge_study(
         rows=tuple(rows),
         changed=changed,
         missing=cases - len(rows),
-        problems=list_unavailable_criteria(folders, criteria),
+        criteria=criteria,
     )
 
 

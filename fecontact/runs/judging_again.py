@@ -19,6 +19,10 @@ class Judged(Protocol):
     """Results by different criteria, with their descriptions."""
 
     @property
+    def criteria(self) -> Criteria:
+        """Criteria by which the results were judged."""
+
+    @property
     def all_judged(self) -> bool:
         """Whether all results were judged and may be used."""
 

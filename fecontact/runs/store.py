@@ -142,31 +142,32 @@ def judge_again(read_result: Callable[..., Solved], finished: Path, case: Case) 
     return None if is_refined_further else result
 
 
-def list_unavailable_criteria(folders: Iterable[Path], criteria: Criteria) -> tuple[str, ...]:
-    """List stored criteria of a user that cannot be judged here.
+def collect_stored_own(folders: Iterable[Path], criteria: Criteria) -> Criteria:
+    """Criteria for stored results, with all stored criteria of users if `own` is None.
 
     Parameters
     ----------
     folders
-        Folders of stored cases or positions.
+        Folders of stored cases.
     criteria
-        Criteria by which they are judged.
+        Criteria by which the cases are judged.
 
     Returns
     -------
-    tuple of str
-        Descriptions with the remedy, each once; empty if `criteria` replace the stored criteria of the user.
+    Criteria
+        The given criteria if they have criteria of a user, or none is stored.
     """
     if criteria.own is not None:
-        return criteria.unavailable_own
+        return criteria
     own_records = [
         own_record
         for folder in folders
         if (folder / SOLUTION_FILE).is_file()
         for own_record in read_solution(folder)["case"]["criteria"].get("own", ())
     ]
-    stored = (replace(criteria, own=(restore_criterion(own_record),)) for own_record in own_records)
-    return tuple(dict.fromkeys(text for stored_criteria in stored for text in stored_criteria.unavailable_own))
+    records_by_name = {str(own_record.get("name")): own_record for own_record in own_records}
+    own_criteria = tuple(map(restore_criterion, records_by_name.values()))
+    return replace(criteria, own=own_criteria or None)
 
 
 def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()) -> None:

@@ -52,6 +52,11 @@ class JudgedMap:
     theory: str = HERTZ
 
     @property
+    def criteria(self) -> Criteria:
+        """Criteria by which the map was judged."""
+        return self.map.case.criteria
+
+    @property
     def all_judged(self) -> bool:
         """Whether every cell was judged and may be used."""
         return self.map.all_solved and not self.map.case.criteria.unavailable_own
