@@ -7,11 +7,13 @@ further load over the first one, assembly by scalar forms over the plain vector 
 unknowns (also by multigrid), the files of a case over its solution, and a nine-position study on two processes over
 one, with what its own process has of all CPU seconds. Nothing here is asserted: tests protect results, not times.
 
-`python studies/benchmark.py [--quick] [--study] [--million] [--before] [--cores] [--out DIR]`; `--study` adds the
-nine-position study, and `--million` two meshes of 0.28 and 0.97 million unknowns by multigrid; both take minutes, the
-latter 3 GB. `--before` does nothing but compare with an earlier commit, side by side: placing, Hertz, strips and
-half-space, reading and smoothing of a measured pair, and, but for `--quick`, whole commands. `--cores` makes the map of
-13 by 7 cells with one worker and with two, and says what 2 and 64 cores wait for.
+`python studies/benchmark.py [--quick] [--study] [--million] [--against PATH] [--before] [--cores] [--out DIR]`;
+`--study` adds the nine-position study, and `--million` two meshes of 0.28 and 0.97 million unknowns by multigrid; both
+take minutes, the latter 3 GB. `--against` only compares with another checkout, in turn: placing, Hertz, strips and
+half-space, reading and smoothing of a measured pair, the picture, the ParaView files and the record of a case, and
+whole commands on one thread and on the default number of threads (`--quick`: the first commands only). `--repeats 3`
+gives the least of three runs. `--before` is `--against` an earlier commit. `--cores` makes the map of 13 by 7 cells
+with one worker and with two, and says what 2 and 64 cores wait for.
 
 Found (one thread, PARDISO): 33, 52, 78 and 140 thousand unknowns take 0.9, 1.7, 2.7 and 6.1 CPU s and 0.26, 0.35, 0.48
 and 0.81 GB; peak -0.03, +0.12, +0.23, +0.23 %, area -1.7, -0.9, -0.5, -0.2 %. The peak stays at +0.23 %, because
@@ -32,14 +34,14 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import datetime
 from itertools import pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -47,6 +49,7 @@ from fecontact.case import Case
 from fecontact.contact.grid import ContactGrid
 from fecontact.contact_theories.hertz import HertzContact
 from fecontact.jobs.workers import set_thread_environment
+from fecontact.process import THREAD_VARIABLES
 
 ELLIPTIC = Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, refine="never")
 # Element sizes along x and across (mm): 5, 8, 12 and 18 on a semi-axis.
@@ -245,14 +248,51 @@ for name, words in ("strip", "strips at a position"), ("half_space", "half-space
     told[words] = seconds(lambda case: evaluate_theory(case, name), *at(exact, -3.1, -1.1, 1.1, 2.4, 4.1))
 print(json.dumps(told))
 """
+# CPU seconds of the files of a case, each after a first call, and the least of three.
+CASE_FILES = """
+import json, time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+try:
+    from fecontact.case import Case
+    from fecontact.outputs.figures.case import write_case_figure
+    from fecontact.outputs.paraview.vtk import write_case_vtk
+    from fecontact.runs.store import CaseRecords
+    from fecontact.solving.solve import solve
+except ImportError:
+    # a checkout before these modules
+    print("{}")
+    raise SystemExit from None
+result = solve(Case(lateral_shift_mm=3.0, refine="never"))
+def seconds(function):
+    function()
+    times = []
+    for _ in range(3):
+        start = time.process_time()
+        function()
+        times.append(time.process_time() - start)
+    return min(times)
+with TemporaryDirectory() as folder:
+    print(json.dumps({
+        "picture of a case, PNG": seconds(lambda: write_case_figure(result, Path(folder) / "case.png", svg=False)),
+        "picture of a case, PNG and SVG": seconds(lambda: write_case_figure(result, Path(folder) / "case.png")),
+        "ParaView files of a case": seconds(lambda: write_case_vtk(result, folder)),
+        "record of a case, JSON": seconds(lambda: json.dumps(CaseRecords.of(result).record)),
+    }))
+"""
 # Four loads as a study: at an ordinary position, and at one with two patches.
 SHIFTS_MM = (3.0, 5.0)
 # Each command in a separate process: an ordinary position and its files, two patches, the root of the flange, finer
 # meshes, the elements' contact, four loads of a position as a study and as a map, and the map of 13 by 7 cells.
 MAP = "map --shifts=-6:6:1 --loads-kn 20:140:20 --out {out}"
-COMMANDS = (
+QUICK_COMMANDS = (
+    "hertz --shift 3",
     "solve --shift 3",
     "solve --shift 3 --out {out}",
+)
+COMMANDS = (
+    *QUICK_COMMANDS,
+    "run {first_light} --quick --out {out}",
     "solve --shift 5 --load-kn 50",
     "solve --shift 6.3 --load-kn 60",
     "solve --shift 3 --resolution standard",
@@ -262,74 +302,117 @@ COMMANDS = (
     "map --shifts 3 --loads-kn 20,50,80,120 --out {out}",
     MAP,
 )
+# CPU seconds, wall seconds and peak memory (GB).
+Cost: TypeAlias = tuple[float, ...]
 # Options of the earlier commit that have a different name now.
 OLD_WORDS = {"--refine evidence": "--evidence"}
 FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
-def compare_with_commit(quick: bool) -> str:
-    """Table of CPU seconds of the earlier commit and of the present code.
-
-    Both do equal work on one thread; the last column is their ratio.
-    """
+def compare_with_commit(quick: bool, repeats: int) -> str:
+    """Table of the costs of the commit `BEFORE` and of the present code."""
     repository, before = Path(__file__).resolve().parents[1], TemporaryDirectory()
     with before as folder:
-        tree, pair = Path(folder) / "before", Path(folder) / "pair"
+        tree = Path(folder) / "before"
         git = ["git", "-C", str(repository), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(tree), BEFORE], check=True)
         try:
-            subprocess.run(
-                [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=repository
-            )
-            files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
-            # alternately, twice, so that the load of the machine is equal for both; the minimum of each counts
-            runs = [(_geometry(tree, files), _geometry(repository, files)) for _ in range(2)]
-            rows = {name: [min(run[k][name] for run in runs) for k in (0, 1)] for name in runs[0][0]}
-            commands = () if quick else COMMANDS
-            for root in (tree, repository) if commands else ():
-                # compiles what the commands import
-                _run_command(root, COMMANDS[1])
-            command_costs = {
-                command: (_run_command(tree, _old_command(command)), _run_command(repository, command))
-                for command in commands
-            }
+            return compare_checkouts(tree, BEFORE, quick, repeats, OLD_WORDS)
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
-    lines = [f"{'CPU ms':56} {BEFORE:>9} {'now':>9} {'ratio':>6}"]
-    lines += [f"{name:56} {1e3 * a:9.1f} {1e3 * b:9.1f} {b / a:6.2f}" for name, (a, b) in rows.items()]
-    lines.append(f"{'CPU s (GB)':56} {BEFORE:>9} {'now':>16} {'ratio':>13}")
-    for command, ((cpu, memory), (cpu_now, memory_now)) in command_costs.items():
-        figures = f"{cpu:9.1f} ({memory:4.2f}) {cpu_now:9.1f} ({memory_now:4.2f})"
-        lines.append(f"{command:49} {figures} {cpu_now / cpu:6.2f} ({memory_now / memory:4.2f})")
+
+
+def compare_checkouts(
+    before: Path, label: str, quick: bool, repeats: int, old_words: Mapping[str, str] | None = None
+) -> str:
+    """Table of the costs of another checkout and of the present code.
+
+    Both do equal work in turn, so that the load of the machine is equal for both. The least of all repeats counts, and
+    the last columns are ratios.
+
+    Parameters
+    ----------
+    before
+        Folder of the other checkout.
+    label
+        Heading of its columns.
+    quick
+        Whether only the first commands run.
+    repeats
+        Number of runs of each part and command.
+    old_words
+        Options of commands that have a different name in the other checkout, by their present name.
+    """
+    checkouts = before, Path(__file__).resolve().parents[1]
+    with TemporaryDirectory() as folder:
+        pair = Path(folder) / "pair"
+        subprocess.run(
+            [sys.executable, "-m", "fecontact", "profiles", "--examples", str(pair)], check=True, cwd=checkouts[1]
+        )
+        files = [str(pair / f"{body}.csv") for body in ("rail", "wheel")]
+        parts = [
+            [_run_part(root, GEOMETRY, *files) | _run_part(root, CASE_FILES) for root in checkouts]
+            for _ in range(repeats)
+        ]
+    lines = [f"{'CPU ms, one thread':56} {label:>12} {'now':>9} {'ratio':>6}"]
+    for name in parts[0][1]:
+        if name in parts[0][0]:
+            then, now = (min(repeat[k][name] for repeat in parts) for k in (0, 1))
+            lines.append(f"{name:56} {1e3 * then:12.1f} {1e3 * now:9.1f} {now / then:6.2f}")
+    lines.append(f"{'CPU s, wall s, GB':56} {label:>20} {'now':>20} {'ratios':>14}")
+    for threads in (1, None):
+        for command in QUICK_COMMANDS if quick else COMMANDS:
+            costs = _compare_command(checkouts, command, threads, repeats, old_words or {})
+            then, now = (" ".join(f"{value:6.2f}" for value in cost) for cost in costs)
+            ratios = " ".join(f"{b / a:4.2f}" for a, b in zip(*costs, strict=True))
+            name = command if threads == 1 else f"{command}, default threads"
+            lines.append(f"{name:56} {then} {now} {ratios}")
     return "\n".join(lines)
 
 
-def _commit_environment(root: Path) -> dict[str, str]:
-    """Environment variables for the source of a commit, with a single thread.
+def _compare_command(
+    checkouts: tuple[Path, Path], command: str, threads: int | None, repeats: int, old_words: Mapping[str, str]
+) -> tuple[Cost, Cost]:
+    """Least costs of a command in both checkouts."""
+    old_command = command
+    for now, then in old_words.items():
+        old_command = old_command.replace(now, then)
+    commands = old_command, command
+    runs = [
+        [_run_command(root, words, threads) for root, words in zip(checkouts, commands, strict=True)]
+        for _ in range(repeats)
+    ]
+    before, now = (tuple(min(run[k][i] for run in runs) for i in range(3)) for k in (0, 1))
+    return before, now
+
+
+def _checkout_environment(root: Path, threads: int | None) -> dict[str, str]:
+    """Environment variables for the source of a checkout.
 
     Python may write compiled files, so that imports are compiled once, as on a machine where the source was used
-    before.
+    before. Without a number of threads the program chooses it.
     """
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
-    return {**environment, "PYTHONPATH": str(root), "OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+    left_out = {"PYTHONDONTWRITEBYTECODE", *THREAD_VARIABLES}
+    environment = {name: value for name, value in os.environ.items() if name not in left_out}
+    numbers = {} if threads is None else dict.fromkeys(THREAD_VARIABLES, str(threads))
+    return {**environment, "PYTHONPATH": str(root), **numbers}
 
 
-def _geometry(root: Path, files: list[str]) -> dict[str, float]:
-    command = [sys.executable, "-c", GEOMETRY, *files]
+def _run_part(root: Path, code: str, *files: str) -> dict[str, float]:
+    """Run a script on a single thread and read its CPU seconds by name."""
     process = subprocess.run(
-        command, check=True, cwd=root, env=_commit_environment(root), stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code, *files],
+        check=True,
+        cwd=root,
+        env=_checkout_environment(root, 1),
+        stdout=subprocess.PIPE,
+        text=True,
     )
     return dict(json.loads(process.stdout))
 
 
-def _old_command(command: str) -> str:
-    for now, then in OLD_WORDS.items():
-        command = command.replace(now, then)
-    return command
-
-
-def _run_command(root: Path, command: str) -> tuple[float, float]:
-    """CPU seconds and peak memory (GB) of a command in a separate process.
+def _run_command(root: Path, command: str, threads: int | None = 1) -> Cost:
+    """CPU seconds, wall seconds and peak memory (GB) of a command in a separate process.
 
     3 is the exit code of an open verdict. A study and a map use a single worker, and its CPU seconds and
     memory are included.
@@ -337,7 +420,8 @@ def _run_command(root: Path, command: str) -> tuple[float, float]:
     with TemporaryDirectory() as out:
         for shift in SHIFTS_MM:
             (Path(out) / f"{shift}mm.toml").write_text(FOUR_LOADS.format(shift), encoding="utf-8")
-        words = command.format(out=Path(out) / "made", loads=out).split()
+        first_light = Path(__file__).resolve().parent / "first_light.py"
+        words = command.format(out=Path(out) / "made", loads=out, first_light=first_light).split()
         arguments = [
             sys.executable,
             "-m",
@@ -345,10 +429,14 @@ def _run_command(root: Path, command: str) -> tuple[float, float]:
             *words,
             *(["--workers", "1"] if words[0] in ("run", "map") else []),
         ]
-        process = subprocess.Popen(arguments, cwd=root, env=_commit_environment(root), stdout=subprocess.DEVNULL)
-        _, status, usage = os.wait4(process.pid, 0)
-        assert os.waitstatus_to_exitcode(status) in (0, 3), command
-        return usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024.0**2
+        environment, messages = _checkout_environment(root, threads), Path(out) / "messages"
+        with messages.open("w") as stream:
+            start = time.perf_counter()
+            process = subprocess.Popen(arguments, cwd=root, env=environment, stdout=subprocess.DEVNULL, stderr=stream)
+            _, status, usage = os.wait4(process.pid, 0)
+            wall = time.perf_counter() - start
+        assert os.waitstatus_to_exitcode(status) in (0, 3), f"{command}: {messages.read_text('utf-8')}"
+        return usage.ru_utime + usage.ru_stime, wall, usage.ru_maxrss / 1024.0**2
 
 
 # --- Idle time of cores: the positions of a map take different times, and one process makes its tables and report.
@@ -491,9 +579,15 @@ def main() -> None:
     parser.add_argument("--million", action="store_true", help="up to a million unknowns by multigrid too")
     parser.add_argument("--cores", action="store_true", help="the map of 13 by 7 cells by 1 and 2 workers, and no more")
     parser.add_argument("--before", action="store_true", help=f"compare with commit {BEFORE}, and do nothing else")
+    parser.add_argument("--against", type=Path, help="compare with another checkout, and do nothing else")
+    parser.add_argument("--repeats", type=int, default=1, help="runs of each part and command in a comparison")
     options = parser.parse_args()
     if options.before:
-        print(compare_with_commit(options.quick))
+        print(compare_with_commit(options.quick, options.repeats))
+        return
+    if options.against is not None:
+        against = options.against.resolve()
+        print(compare_checkouts(against, against.name, options.quick, options.repeats))
         return
     options.out.mkdir(parents=True, exist_ok=True)
     if options.cores:

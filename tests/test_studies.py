@@ -890,3 +890,33 @@ def test_the_benchmark_measures_assembly_and_files():
     study = module("benchmark")
     case = study.cases(True)[0]
     assert all(seconds > 0.0 for seconds in (study.assembly(case) | study.files(case)).values())
+
+
+def test_the_benchmark_compares_the_least_costs_of_two_checkouts(monkeypatch):
+    study = module("benchmark")
+    then, now = Path("then"), Path("now")
+    costs = {then: [(4.0, 8.0, 1.0), (6.0, 5.0, 0.5)], now: [(3.0, 9.0, 0.25), (2.0, 10.0, 0.75)]}
+    commands = []
+
+    def run_command(root, command, threads):
+        commands.append((root, command, threads))
+        return costs[root].pop(0)
+
+    monkeypatch.setattr(study, "_run_command", run_command)
+    compared = study._compare_command((then, now), "solve --refine never", 1, 2, {"--refine never": "--once"})
+    assert compared == ((4.0, 5.0, 0.5), (2.0, 9.0, 0.25))
+    # in turn, so that the load of the machine is equal for both
+    assert commands == [(then, "solve --once", 1), (now, "solve --refine never", 1)] * 2
+
+
+@pytest.mark.slow
+def test_the_benchmark_compares_a_checkout_with_itself():
+    study = module("benchmark")
+    table = study.compare_checkouts(STUDIES.parent, "itself", True, 1)
+    lines = {line[:56].strip(): line[56:].split() for line in table.splitlines()}
+    names = [f"{command}{threads}" for threads in ("", ", default threads") for command in study.QUICK_COMMANDS]
+    for name in (*names, "place", "picture of a case, PNG", "ParaView files of a case", "record of a case, JSON"):
+        values = [float(value) for value in lines[name]]
+        # seconds and memory of both, and their ratios
+        assert len(values) in (3, 9), name
+        assert min(values) > 0.0, name
