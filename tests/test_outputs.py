@@ -22,6 +22,7 @@ from scipy.interpolate import LinearNDInterpolator
 
 from fecontact.bodies import Material
 from fecontact.case import BodySize, Case, Criteria, Opposite, Track, make_case_record, read_case_record
+from fecontact.cli import call
 from fecontact.contact.grid import Field, Rung
 from fecontact.contact_theories.approximation import TheoryContact
 from fecontact.contact_theories.registry import HERTZ, HERTZ_GAUGE, THEORIES
@@ -42,6 +43,7 @@ from fecontact.outputs.hertz_terminal import hertz_lines
 from fecontact.outputs.mesh_files import write_mesh
 from fecontact.outputs.paraview.contact_surface import contact_surface
 from fecontact.outputs.paraview.vtk import write_case_vtk, write_contact_vtk, write_pvd
+from fecontact.outputs.parts import Items
 from fecontact.outputs.profiles import draw_profile, library_lines, library_record, profile_lines
 from fecontact.outputs.records.results import (
     ROW_SCHEMA,
@@ -930,6 +932,40 @@ def print_case(record: dict, width: int = 120, *, long: bool = True) -> list[str
     text = io.StringIO()
     print_parts(case_parts(record), Console(file=text, width=width, no_color=True), long=long)
     return [" ".join(line.split()) for line in text.getvalue().splitlines()]
+
+
+def test_notes_on_the_profiles_are_details(elliptic_quick):
+    """Notes on the solution stay below the verdict, notes on the files follow with --long."""
+    notes = ["rail: smoothed from 512 points", "wheel: assumed: mm", "only the running surface is given"]
+    record = result_record(elliptic_quick) | {"warnings": notes, "pair_geometry": "geometry of a on b"}
+    short, full = print_case(record, long=False), print_case(record, long=True)
+    assert short[0] == full[0] == "geometry of a on b"
+    assert [line for line in short if line.startswith("note: ")] == [f"note: {notes[2]}"]
+    assert {f"note: {note}" for note in notes} <= set(full)
+    (details,) = [part for part in case_parts(record) if getattr(part, "summary", "") == "Notes on the profiles"]
+    assert details.parts == [Items(notes[:2])]
+
+
+@pytest.mark.slow
+def test_a_measured_profile_has_a_line_above_its_verdict_and_its_notes_with_long(tmp_path, capsys):
+    assert call(["profiles", "--examples", str(tmp_path / "worn")]) == 0
+    command = ["solve", "--wheel", str(tmp_path / "worn" / "wheel.csv"), "--shift", "3", "--refine", "never"]
+    count = 0
+    for options, is_long in (([], False), (["--long"], True)):
+        capsys.readouterr()
+        assert call([*command, *options]) == 0
+        lines = capsys.readouterr().out.splitlines()
+        assert lines[0].startswith("geometry of wheel.csv")
+        assert lines[2].startswith("Hertz ")
+        notes = [line for line in lines if line.startswith(("note: wheel: ", "note: rail: "))]
+        if is_long:
+            assert len(notes) == count
+        else:
+            assert notes == []
+            (count,) = (
+                int(number) for number in re.findall(r"^--long prints all results and (\d+) notes on", lines[-1])
+            )
+            assert count > 3
 
 
 def judged_record(result: CaseResult, criteria: Criteria, **changes) -> dict:

@@ -174,10 +174,7 @@ def test_what_cites_and_tells_of_changes_is_of_this_version():
 
 
 def test_the_readme_and_the_guide_agree_on_the_systems():
-    """The README claims no more than the table of the guide.
-
-    The packages without wheels are optional there.
-    """
+    """The README claims no more systems than the table of the guide."""
     readme = " ".join((ROOT / "README.md").read_text("utf-8").split())
     assert "Only these two systems are tested" in readme
     guide = (ROOT / "fecontact" / "guide" / "setup.md").read_text("utf-8")

@@ -155,7 +155,7 @@ JUDGED = ("p_max_MPa", "area_mm2", "a_mm", "b_mm", "centre_over_b", "valley", "s
 def read_printed_budget(page: str) -> dict[str, dict[str, float]]:
     """Contributions by measure from the printed table of the page.
 
-    They have the units of the deviations. Numbers end below the units of the first line.
+    They are in the units of the deviations. Numbers end below the units of the first line.
     """
     head, *lines = re.search(r"^```text\n(contribution .*?)^```$", page, re.MULTILINE | re.DOTALL)[1].splitlines()
     ends = [unit.end() for unit in re.finditer("[%b](?= |$)", head)]
@@ -214,8 +214,8 @@ def test_the_coverage_of_the_page_is_of_the_last_validation(page):
     kinds = ("ellipses, testing, 243 cases", "others, testing, 31 cases", "real, testing, 42 cases")
     rows = {row[0]: [*map(float, row[1:])] for row in table_rows(page, "measure | 243 ellipses")}
     assert [*rows] == [MEASURE_WORDS[measure].name for measure in JUDGED]
-    for measure, coverages in zip(JUDGED, rows.values(), strict=True):
-        assert coverages == pytest.approx([100.0 - outside[measure, kind] for kind in kinds], abs=0.051), measure
+    for measure, percentages in zip(JUDGED, rows.values(), strict=True):
+        assert percentages == pytest.approx([100.0 - outside[measure, kind] for kind in kinds], abs=0.051), measure
 
 
 @pytest.mark.slow

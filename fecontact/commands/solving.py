@@ -108,7 +108,7 @@ def solve(
         print(format_json(case_records.record), flush=True)
     else:
         _print_result(result, case_records.record, code, long=long)
-        _print_where_all_is(out, long=long)
+        _print_where_all_is(out, [case_records.record], long=long)
     if write_error is not None:
         raise write_error
     return 0 if result.load.usable else 3
@@ -125,12 +125,15 @@ def _print_result(result: CaseResult, record: Mapping[str, Any], code: VehicleCo
         print_parts(settings_lines(code, settings_of_result(result.case, record)))
 
 
-def _print_where_all_is(out: Path | None, *, long: bool) -> None:
+def _print_where_all_is(out: Path | None, records: Sequence[Mapping[str, Any]], *, long: bool) -> None:
     """Print where all results are shown, unless they are printed."""
+    from fecontact.outputs.case_parts import profile_notes
+
     if not long:
-        print_result(
-            "--long prints all results" + ("" if out is None else f"; {quote_path(out / 'report.html')} shows them")
-        )
+        notes = [note for record in records for note in profile_notes(record)]
+        note_part = f" and {count_text(len(notes), 'note')} on the profiles" if notes else ""
+        file_part = "" if out is None else f"; {quote_path(out / 'report.html')} shows them"
+        print_result(f"--long prints all results{note_part}{file_part}")
 
 
 def _solve_wheelset(
@@ -172,7 +175,7 @@ def _solve_wheelset(
             if isinstance(result, CaseResult):
                 _print_result(result, case_records[side].record, code, long=long)
         print_parts(record["answer"])
-        _print_where_all_is(out, long=long)
+        _print_where_all_is(out, [records_of_wheel.record for records_of_wheel in case_records.values()], long=long)
     errors = {f"{side} wheel": str(error) for side, error in list_wheelset_errors(results).items()}
     print_reasons(f"{len(errors)} of {count_text(len(results), 'wheel')} not solved", errors)
     is_usable = all(isinstance(result, CaseResult) and result.load.usable for result in results.values())

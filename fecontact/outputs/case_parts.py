@@ -69,10 +69,24 @@ def case_parts(record: TableRecord, title: str = "", *, elements: bool = True) -
         *lobes,
         *_theory_lines(record),
         *iterate_feature_answers(record),
-        Items([*record["verdict"]["warnings"], *record.get("warnings", ())]),
+        Items(
+            [
+                *record["verdict"]["warnings"],
+                *(note for note in record.get("warnings", ()) if note not in profile_notes(record)),
+            ]
+        ),
+        Details("Notes on the profiles", [Items(profile_notes(record))]),
         Details("All measures", list(_detail_parts(record, elements))),
         Details("All numbers", [numbers_table(record)]),
     ]
+
+
+def profile_notes(record: TableRecord) -> list[str]:
+    """Notes of a result on the files of rail and wheel.
+
+    A line above the verdict has the geometry that a wrong reading would change, so the notes are details.
+    """
+    return [note for note in record.get("warnings", ()) if note.startswith(("rail: ", "wheel: "))]
 
 
 def _answer_lines(record: TableRecord, title: str) -> Iterator[str]:
