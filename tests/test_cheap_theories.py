@@ -17,7 +17,8 @@ from fecontact.contact_theories.equivalent_ellipse import solve_equivalent_ellip
 from fecontact.contact_theories.gap_line import GapLine, StripContact, _run_around, build_gap_line, solve_under_load
 from fecontact.contact_theories.hertz import calculate_ellipse_shape, hertz_ellipse
 from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
-from fecontact.contact_theories.kpec import solve_kpec
+from fecontact.contact_theories.kpec import find_kpec_forces, solve_kpec
+from fecontact.contact_theories.registry import _GAP_LINE_FORCES, THEORIES
 from fecontact.contact_theories.strip_method import (
     StripDistances,
     StripGap,
@@ -302,6 +303,37 @@ def test_a_line_that_is_too_short_is_no_contact_in_silence(name, low, high):
     assert any("end of the gap line" in note for note in contact.notes)
 
 
+@pytest.mark.parametrize("gap", [*GAPS.values(), hump], ids=[*GAPS, "hump"])
+@pytest.mark.parametrize("name", _GAP_LINE_FORCES)
+def test_forces_at_many_approaches_are_the_forces_of_the_contacts(name, gap):
+    """From a small patch to several regions, and beyond both ends of the line."""
+    line = line_of(gap, -10.0, 40.0, 2500)
+    approaches = np.geomspace(0.002, 0.9, 40)
+    forces = _GAP_LINE_FORCES[name](line, approaches)
+    contact_forces = [THEORIES[name].at_approach(line, approach).normal_force_N for approach in approaches]
+    np.testing.assert_allclose(forces, contact_forces, rtol=1e-12)
+    # alone as together
+    for approach, force in zip(approaches, forces, strict=True):
+        assert _GAP_LINE_FORCES[name](line, np.array([approach]))[0] == pytest.approx(force, rel=1e-12)
+
+
+def test_at_a_jump_of_the_force_the_contact_is_just_below_the_jump():
+    line = line_of(hump, -10.0, 40.0, 5000)
+    approaches = np.linspace(0.04, 0.08, 200)
+    forces = find_kpec_forces(line, approaches)
+    fall = int(np.argmin(np.diff(forces)))
+    force_N = 0.5 * (forces[fall] + forces[fall + 1])
+
+    def falls(gap_line, approach_mm):
+        contact = solve_kpec(gap_line, approach_mm)
+        return replace(contact, normal_force_N=force_N * (0.9 if approach_mm < approaches[fall] else 1.2))
+
+    contact = solve_under_load(line, force_N, falls)
+    assert contact.status in ("jump", "out of range")
+    assert contact.approach_mm < approaches[fall]
+    assert contact.approach_mm == pytest.approx(approaches[fall], rel=1e-9)
+
+
 def test_several_loads_for_one_approach_are_counted():
     # the force of KPEC falls where the second minimum comes below half the approach
     line = line_of(hump, -10.0, 40.0, 5000)
@@ -405,7 +437,9 @@ def test_fewer_than_twenty_strips_are_refused():
 def test_influence_is_the_integral_over_a_strip():
     # the half-ellipse's opening beside it and its curvature along x, by quadrature with x = a sin(angle)
     q, away = np.array([9.0, 0.25, 4.0]), np.array([0.5, 3.0, 8.0])
-    J, slope, curving, u2 = calculate_influence(q, StripDistances.build(np.tile(away[:, None], 3)), np.full(3, 0.1))
+    J, slope, curving, u2 = calculate_influence(
+        q, StripDistances.from_lengths(np.tile(away[:, None], 3)), np.full(3, 0.1)
+    )
     angle = -0.5 * math.pi + math.pi * (np.arange(20_000) + 0.5) / 20_000
     weight = math.pi / 20_000 * np.cos(angle) ** 2
     for i in range(3):
@@ -418,9 +452,9 @@ def test_influence_is_the_integral_over_a_strip():
             bent = q[j] * (weight * (away[i] ** 2 - 2.0 * x**2) / distance**5).sum()
             assert curving[i, j] == pytest.approx(bent, rel=1e-5)
             assert u2[i, j] == q[j] + away[i] ** 2
-    stretched = calculate_influence(q * (1.0 + 1e-5), StripDistances.build(np.tile(away[:, None], 3)), np.full(3, 0.1))[
-        0
-    ]
+    stretched = calculate_influence(
+        q * (1.0 + 1e-5), StripDistances.from_lengths(np.tile(away[:, None], 3)), np.full(3, 0.1)
+    )[0]
     assert (stretched - J) / (1e-5 * q) == pytest.approx(slope, rel=1e-3)
 
 

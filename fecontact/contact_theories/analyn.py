@@ -15,6 +15,8 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
+    find_close_positions,
+    sum_forces_N,
 )
 from fecontact.errors import check_positive
 
@@ -67,14 +69,38 @@ def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    ellipses = line.local_ellipses
-    local_approach = np.maximum(approach_mm - line.f_mm / ellipses.part_t, 0.0)
-    is_in_contact = local_approach > 0.0
-    a = np.sqrt(ellipses.part_x * local_approach / line.A_per_mm)
-    pressure_shape = np.divide(local_approach, a, out=np.zeros_like(a), where=is_in_contact)
-    pressure = line.contact_modulus_MPa * pressure_shape / ellipses.integral
-    range_notes = [*line.concave_notes(is_in_contact), *_region_notes(line, a)]
+    a, pressure = _find_strips(line, approach_mm, slice(None))
+    range_notes = [*line.concave_notes(a > 0.0), *_region_notes(line, a)]
     return build_strip_contact(line, approach_mm, a, pressure, range_notes)
+
+
+def find_analyn_forces(line: GapLine, approaches_mm: Floats) -> Floats:
+    """Forces by ANALYN at many approaches.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approaches_mm : ndarray of shape (k,)
+        Approaches of the bodies, > 0.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        Forces in N of the contacts by `solve_analyn`.
+    """
+    positions = find_close_positions(line, float(approaches_mm.max()))
+    return sum_forces_N(line, *_find_strips(line, approaches_mm[:, None], positions))
+
+
+def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips, at an approach or at approaches (k, 1)."""
+    ellipses = line.local_ellipses
+    part_t, part_x, integral = ellipses.part_t[positions], ellipses.part_x[positions], ellipses.integral[positions]
+    local_approach = np.maximum(approach_mm - line.f_mm[positions] / part_t, 0.0)
+    a = np.sqrt(part_x * local_approach / line.A_per_mm)
+    pressure_shape = np.divide(local_approach, a, out=np.zeros_like(a), where=local_approach > 0.0)
+    return a, line.contact_modulus_MPa * pressure_shape / integral
 
 
 def _region_notes(line: GapLine, half_length_mm: Floats) -> list[str]:

@@ -8,8 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
-from itertools import pairwise
+from functools import cached_property, lru_cache
 from typing import Literal
 
 import numpy as np
@@ -292,14 +291,37 @@ def find_crossings_mm(t_mm: Floats, f_mm: Floats, level_mm: float, run: tuple[in
     >>> find_crossings_mm(np.arange(4.0), np.array([1.0, 0.0, 0.0, 1.0]), 0.5, (1, 2))
     (0.5, 2.5)
     """
+    low, high = interpolate_crossings(t_mm, f_mm, *(np.array([value]) for value in (level_mm, *run)))
+    return float(low[0]), float(high[0])
 
-    def interpolate(inner: int, outer: int) -> float:
-        if not 0 <= outer < t_mm.size:
-            return float(t_mm[inner])
-        fraction = (level_mm - f_mm[inner]) / (f_mm[outer] - f_mm[inner])
-        return float(t_mm[inner] + fraction * (t_mm[outer] - t_mm[inner]))
 
-    return interpolate(run[0], run[0] - 1), interpolate(run[1], run[1] + 1)
+def interpolate_crossings(
+    t_mm: Floats, f_mm: Floats, levels_mm: Floats, first: NDArray[np.intp], last: NDArray[np.intp]
+) -> tuple[Floats, Floats]:
+    """Positions at which the gap rises above levels, as by `find_crossings_mm`.
+
+    Parameters
+    ----------
+    t_mm, f_mm : ndarray of shape (n,)
+        Positions and gap.
+    levels_mm : ndarray of shape (k,)
+        Levels of the gap.
+    first, last : ndarray of shape (k,)
+        Indices of the ends of a run of positions with a gap below each level.
+
+    Returns
+    -------
+    low_mm, high_mm : ndarray of shape (k,)
+        Positions before and after each run.
+    """
+    crossings = []
+    for inner, step in ((first, -1), (last, 1)):
+        outer = np.minimum(np.maximum(inner + step, 0), t_mm.size - 1)
+        # at an end of the line both indices are equal
+        rise = np.where(outer == inner, np.inf, f_mm[outer] - f_mm[inner])
+        fraction = (levels_mm - f_mm[inner]) / rise
+        crossings.append(t_mm[inner] + fraction * (t_mm[outer] - t_mm[inner]))
+    return crossings[0], crossings[1]
 
 
 def end_notes(line: GapLine, first: int, last: int) -> list[str]:
@@ -477,7 +499,7 @@ def build_strip_contact(
         notes=tuple(notes),
         solutions=1,
         approach_mm=approach_mm,
-        normal_force_N=float(0.5 * np.pi * line.step_mm * (half_length_mm @ centre_pressure_MPa)),
+        normal_force_N=float(sum_forces_N(line, half_length_mm, centre_pressure_MPa)),
         t_mm=line.t_mm,
         width_mm=np.full_like(line.t_mm, line.step_mm),
         half_length_mm=half_length_mm,
@@ -485,16 +507,56 @@ def build_strip_contact(
     )
 
 
+def sum_forces_N(line: GapLine, half_length_mm: Floats, centre_pressure_MPa: Floats) -> Floats:
+    """Force of strips at positions of a gap line.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    half_length_mm, centre_pressure_MPa : ndarray of shape (..., m)
+        Half length and pressure at x = 0 of each strip.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Force in N.
+    """
+    return np.asarray(0.5 * np.pi * line.step_mm * np.vecdot(half_length_mm, centre_pressure_MPa))
+
+
+def find_close_positions(line: GapLine, gap_mm: float) -> slice:
+    """Range of the positions from the first to the last gap below a value.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    gap_mm
+        Value of the gap, > 0.
+
+    Returns
+    -------
+    slice
+        Range of positions.
+    """
+    close_positions = np.flatnonzero(line.f_mm < gap_mm)
+    return slice(int(close_positions[0]), int(close_positions[-1]) + 1)
+
+
 # --- Approaches at which a theory has a given force. The force of a theory may decrease with the approach, and may be
 # discontinuous.
 
 GapLineTheory = Callable[[GapLine, float], StripContact]
 """Theory: function from a gap line and an approach (mm) to the contact."""
+GapLineForces = Callable[[GapLine, Floats], Floats]
+"""Function from a gap line and approaches (k,) in mm to the forces (k,) of a theory in N, without its contacts."""
 
 # Smallest and largest approach, relative to Hertz's approach at the contact point, and the factor between successive
 # approaches.
 _MIN_RELATIVE_APPROACH, _MAX_RELATIVE_APPROACH, _APPROACH_STEP_FACTOR = 0.25, 2.0, 1.02
 _MAX_ROOT_STEPS = 60
+_MAX_APPROACHES = 1000
 # Relative error of the force. If the force jumps over the load, then this error cannot be reached, and the error
 # exceeds the second value.
 _FORCE_TOLERANCE = 1e-9
@@ -502,7 +564,12 @@ _MIN_JUMP = 2e-3
 
 
 def solve_under_load(
-    line: GapLine, normal_force_N: float, theory: GapLineTheory, *, factor: float = _APPROACH_STEP_FACTOR
+    line: GapLine,
+    normal_force_N: float,
+    theory: GapLineTheory,
+    *,
+    factor: float = _APPROACH_STEP_FACTOR,
+    forces: GapLineForces | None = None,
 ) -> StripContact:
     """Find the smallest approach at which a theory has a given force.
 
@@ -520,11 +587,15 @@ def solve_under_load(
         Function from a gap line and an approach to the contact.
     factor
         Factor between successive approaches, > 1.
+    forces
+        Forces of the theory at many approaches, which take less time than its contacts; None if only the contacts have
+        them.
 
     Returns
     -------
     StripContact
-        Contact at the smallest approach with this force, with the number of such approaches.
+        Contact at the smallest approach with this force, with the number of such approaches. If the force jumps over
+        the load, the contact just below the jump.
 
     Raises
     ------
@@ -547,34 +618,40 @@ def solve_under_load(
     ('solved', True)
     """
     check_positive("normal force", normal_force_N, "N", "give the compressive force")
-    hertz_approach, at_approach = estimate_hertz_approach_mm(line, normal_force_N), partial(theory, line)
-    initial_approaches = (
+    hertz_approach = estimate_hertz_approach_mm(line, normal_force_N)
+
+    def find_errors(approaches: Floats) -> Floats:
+        """Relative errors (k,) of the forces at approaches (k,)."""
+        if forces is not None:
+            return forces(line, approaches) / normal_force_N - 1.0
+        return (
+            np.array([theory(line, float(approach)).normal_force_N for approach in approaches]) / normal_force_N - 1.0
+        )
+
+    approaches = (
         hertz_approach
         * _MIN_RELATIVE_APPROACH
         * factor ** np.arange(np.ceil(np.log(_MAX_RELATIVE_APPROACH / _MIN_RELATIVE_APPROACH) / np.log(factor)) + 1)
     )
-    approaches = [float(approach) for approach in initial_approaches]
-    errors = [at_approach(approach).normal_force_N / normal_force_N - 1.0 for approach in approaches]
-    while errors[0] >= 0.0 and len(approaches) < 1000:
-        approaches.insert(0, approaches[0] / factor)
-        errors.insert(0, at_approach(approaches[0]).normal_force_N / normal_force_N - 1.0)
-    while errors[-1] < 0.0 and len(approaches) < 1000:
-        approaches.append(approaches[-1] * factor)
-        errors.append(at_approach(approaches[-1]).normal_force_N / normal_force_N - 1.0)
-    brackets = [
-        (low, high)
-        for low, high in pairwise(zip(approaches, errors, strict=True))
-        if (low[1] >= 0.0) != (high[1] >= 0.0)
-    ]
-    if not brackets:
+    errors = find_errors(approaches)
+    while errors[0] >= 0.0 and approaches.size < _MAX_APPROACHES:
+        approaches = np.append(approaches[0] / factor, approaches)
+        errors = np.append(find_errors(approaches[:1]), errors)
+    while errors[-1] < 0.0 and approaches.size < _MAX_APPROACHES:
+        approaches = np.append(approaches, approaches[-1] * factor)
+        errors = np.append(errors, find_errors(approaches[-1:]))
+    is_enough = errors >= 0.0
+    brackets = np.flatnonzero(is_enough[1:] != is_enough[:-1])
+    if not brackets.size:
         return replace(
-            at_approach(approaches[-1]),
+            theory(line, float(approaches[-1])),
             status="not converged",
             solutions=0,
             notes=(f"no approach up to {approaches[-1]:.3g} mm carries {normal_force_N:g} N",),
         )
-    contact = _approach_for_force(at_approach, normal_force_N, *brackets[0])
-    return _note_solutions(contact, normal_force_N, len(brackets))
+    ends = slice(brackets[0], brackets[0] + 2)
+    approach = _find_approach(find_errors, approaches[ends], errors[ends])
+    return _note_solutions(theory(line, approach), normal_force_N, brackets.size)
 
 
 def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
@@ -614,39 +691,32 @@ def estimate_hertz_approach_mm(line: GapLine, normal_force_N: float) -> float:
     return float((normal_force_N / force_coefficient) ** (2.0 / 3.0))
 
 
-def _approach_for_force(
-    at_approach: Callable[[float], StripContact],
-    target_N: float,
-    low_end: tuple[float, float],
-    high_end: tuple[float, float],
-) -> StripContact:
-    """Find the contact between two approaches at which the force passes a value.
+def _find_approach(find_errors: Callable[[Floats], Floats], approaches: Floats, errors: Floats) -> float:
+    """Find the approach between two approaches at which the force passes a value.
 
     The force may increase or decrease with the approach. The method uses secants, with half the value at an end that
-    stays (Illinois, Dowell and Jarratt 1971). Every fourth step halves the range, for a force that jumps.
+    stays (Illinois, Dowell and Jarratt 1971). Every fourth step halves the range, for a force that jumps. The last
+    approach below a jump is returned.
 
     Parameters
     ----------
-    at_approach
-        Contact at an approach in mm.
-    target_N
-        Wanted normal force.
-    low_end, high_end
+    find_errors
+        Relative errors of the forces at approaches in mm.
+    approaches, errors
         Approaches in mm on both sides of the solution, and the relative errors of their forces.
     """
-    (low, error_low), (high, error_high) = low_end, high_end
+    low, high, error_low, error_high = map(float, (*approaches, *errors))
     for step in range(1, _MAX_ROOT_STEPS + 1):
         approach = high - error_high * (high - low) / (error_high - error_low) if step % 4 else 0.5 * (low + high)
-        contact = at_approach(approach)
-        error = contact.normal_force_N / target_N - 1.0
+        error = float(find_errors(np.array([approach]))[0])
         if abs(error) < _FORCE_TOLERANCE:
-            break
+            return approach
         if error * error_high < 0.0:
             low, error_low = high, error_high
         else:
             error_low *= 0.5
         high, error_high = approach, error
-    return contact
+    return min(low, high)
 
 
 def _note_solutions(contact: StripContact, target_N: float, solutions: int) -> StripContact:

@@ -11,8 +11,10 @@ from fecontact.contact_theories.gap_line import (
     StripContact,
     build_strip_contact,
     end_notes,
+    find_close_positions,
     find_crossings_mm,
     interpolate_gap,
+    sum_forces_N,
 )
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
 from fecontact.errors import check_positive
@@ -78,7 +80,7 @@ def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction:
         deepest = first + int(np.argmin(line.f_mm[first : last + 1]))
         local_approach = approach_mm - float(line.f_mm[deepest]) / VIRTUAL_PENETRATION
         region_half_length = np.sqrt(half_length_square)
-        factor = find_pressure_factor(line, region_half_length, deepest, local_approach)
+        factor = float(find_pressure_factors(line, region_half_length, deepest, local_approach))
         half_length, pressure = (
             np.maximum(half_length, region_half_length),
             np.maximum(pressure, factor * region_half_length),
@@ -89,8 +91,42 @@ def solve_kik_piotrowski(line: GapLine, approach_mm: float, *, shape_correction:
     return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
 
-def find_pressure_factor(line: GapLine, half_length_mm: Floats, index: int, deflection_mm: float) -> float:
-    """Factor c of the pressure c sqrt(a(t)^2 - x^2) for a given deflection.
+def find_kik_piotrowski_forces(line: GapLine, approaches_mm: Floats) -> Floats:
+    """Forces by Kik and Piotrowski at many approaches.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approaches_mm : ndarray of shape (k,)
+        Approaches of the bodies, > 0.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        Forces in N of the contacts by `solve_kik_piotrowski`.
+    """
+    levels = VIRTUAL_PENETRATION * approaches_mm[:, None]
+    positions = find_close_positions(line, float(levels.max()))
+    depth = levels - line.f_mm[positions]
+    is_closed = depth > 0.0
+    regions = is_closed[:, 0] + np.count_nonzero(is_closed[:, 1:] > is_closed[:, :-1], axis=1)
+    if regions.max() > 1:
+        # each of several regions has its own pressure factor
+        return np.array([solve_kik_piotrowski(line, float(approach)).normal_force_N for approach in approaches_mm])
+    half_length = np.sqrt(np.maximum(depth, 0.0) / line.A_per_mm)
+    factors = find_pressure_factors(line, half_length, line.touch, approaches_mm, positions)
+    return factors * sum_forces_N(line, half_length, half_length)
+
+
+def find_pressure_factors(
+    line: GapLine,
+    half_length_mm: Floats,
+    index: int,
+    deflection_mm: Floats | float,
+    positions: slice = slice(None),
+) -> Floats:
+    """Factors c of the pressure c sqrt(a(t)^2 - x^2) for given deflections.
 
     The deflection is prescribed at a single position with x = 0.
 
@@ -98,31 +134,39 @@ def find_pressure_factor(line: GapLine, half_length_mm: Floats, index: int, defl
     ----------
     line
         Gap line.
-    half_length_mm : ndarray of shape (n,)
+    half_length_mm : ndarray of shape (..., m)
         Half length a(t) of each strip, 0 outside the patch.
     index
-        Index of the position with the prescribed deflection.
-    deflection_mm
+        Index of the position of the line with the prescribed deflection.
+    deflection_mm : float or ndarray of shape (...)
         Deflection of both surfaces together.
+    positions
+        Range of the strips among the positions of the line.
 
     Returns
     -------
-    float
-        Factor c in MPa/mm.
+    ndarray of shape (...)
+        Factors c in MPa/mm.
     """
-    strips_in_contact = np.flatnonzero(half_length_mm)
-    half_length, offsets = half_length_mm[strips_in_contact], line.t_mm[strips_in_contact] - line.t_mm[index]
+    is_loaded = half_length_mm > 0.0
+    half_length = half_length_mm[is_loaded]
+    strip_offsets = line.t_mm[positions] - line.t_mm[index]
+    offsets = np.broadcast_to(strip_offsets, half_length_mm.shape)[is_loaded]
     complementary_parameter = offsets**2 / (offsets**2 + half_length**2)
     # In the strip at this position, the mean over the width of the strip is used.
-    is_own_strip = strips_in_contact == index
+    is_own_strip = offsets == 0.0
     complementary_parameter[is_own_strip] = 1.0
-    influence = (
+    influence = np.zeros_like(half_length_mm)
+    strip_influence = (
         2.0
         * np.hypot(half_length, offsets)
         * (ellipkm1(complementary_parameter) - ellipe(1.0 - complementary_parameter))
     )
-    influence[is_own_strip] = 2.0 * half_length[is_own_strip] * np.log(8.0 * half_length[is_own_strip] / line.step_mm)
-    return float(np.pi * line.contact_modulus_MPa * deflection_mm / (line.step_mm * influence.sum()))
+    strip_influence[is_own_strip] = (
+        2.0 * half_length[is_own_strip] * np.log(8.0 * half_length[is_own_strip] / line.step_mm)
+    )
+    influence[is_loaded] = strip_influence
+    return np.asarray(np.pi * line.contact_modulus_MPa * deflection_mm / (line.step_mm * influence.sum(axis=-1)))
 
 
 def _interpenetration(line: GapLine, level: float, first: int, last: int, *, shape_correction: bool) -> Floats:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from fecontact.arrays import find_runs
+from fecontact.arrays import Floats, find_runs
 from fecontact.contact_theories.gap_line import (
     MIN_B_PER_MM,
     GapLine,
     StripContact,
     build_strip_contact,
     end_notes,
-    find_crossings_mm,
+    find_close_positions,
+    interpolate_crossings,
+    sum_forces_N,
 )
 from fecontact.contact_theories.hertz import calculate_ellipse_shape
-from fecontact.contact_theories.kik_piotrowski import find_pressure_factor
+from fecontact.contact_theories.kik_piotrowski import find_pressure_factors
 from fecontact.errors import check_positive
 
 _RELATIVE_LEVEL = 0.5
@@ -65,27 +67,62 @@ def solve_kpec(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    t, f, A = line.t_mm, line.f_mm, line.A_per_mm
-    level = _RELATIVE_LEVEL * approach_mm
-    regions_below = find_runs(f < level)
-    low, high = find_crossings_mm(t, f, level, (regions_below[0][0], regions_below[-1][1]))
-    middle, half_width = 0.5 * (low + high), 0.5 * (high - low)
-    fitted_B = level / half_width**2
-    B = max(MIN_B_PER_MM, fitted_B)
-    shape = calculate_ellipse_shape(A, B)
-    # A a^2 and B b^2 of the ellipse, as fractions of the approach; then the squared offset across as a fraction of b^2.
-    part_x, part_t = float(shape.part_x), float(shape.part_t)
-    offset_square = (t - middle) ** 2 * B / (part_t * approach_mm)
-    gap_fraction = np.clip(part_x - (part_x - part_t) * offset_square, 0.0, 1.0)
-    a = np.sqrt(np.maximum(gap_fraction * approach_mm - f, 0.0) / A)
-    pressure = find_pressure_factor(line, a, line.touch, approach_mm) * a
+    approaches = np.array([approach_mm])
+    fitted_B, _ = _fit_parabolas(line, approaches)
+    half_length = _find_half_lengths(line, approaches, slice(None))[0]
+    pressure = find_pressure_factors(line, half_length, line.touch, approach_mm) * half_length
+    regions_below = find_runs(line.f_mm < _RELATIVE_LEVEL * approach_mm)
     range_notes = end_notes(line, regions_below[0][0], regions_below[-1][1])
-    if fitted_B < B:
-        range_notes.append(f"the fitted gap coefficient B, {fitted_B:.2g} 1/mm, was set to {B:g} 1/mm")
+    if fitted_B[0] < MIN_B_PER_MM:
+        range_notes.append(f"the fitted gap coefficient B, {fitted_B[0]:.2g} 1/mm, was set to {MIN_B_PER_MM:g} 1/mm")
     if len(regions_below) > 1:
         range_notes.append(
             f"{len(regions_below)} separate regions below half the approach; a single parabola is fitted to them"
         )
-    if len(find_runs(a > 0.0)) > 1:
+    if len(find_runs(half_length > 0.0)) > 1:
         range_notes.append("the patch consists of separate regions")
-    return build_strip_contact(line, approach_mm, a, pressure, range_notes)
+    return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
+
+
+def find_kpec_forces(line: GapLine, approaches_mm: Floats) -> Floats:
+    """Forces by KPEC at many approaches.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approaches_mm : ndarray of shape (k,)
+        Approaches of the bodies, > 0.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        Forces in N of the contacts by `solve_kpec`.
+    """
+    positions = find_close_positions(line, float(approaches_mm.max()))
+    half_length = _find_half_lengths(line, approaches_mm, positions)
+    factors = find_pressure_factors(line, half_length, line.touch, approaches_mm, positions)
+    return factors * sum_forces_N(line, half_length, half_length)
+
+
+def _fit_parabolas(line: GapLine, approaches_mm: Floats) -> tuple[Floats, Floats]:
+    """Coefficients B (k,) in 1/mm and middles (k,) in mm of parabolas through the gap at half of each approach."""
+    f, levels = line.f_mm, _RELATIVE_LEVEL * approaches_mm
+    # the smallest gap from either end up to each position falls below the level at the first and last position
+    first = f.size - np.minimum.accumulate(f)[::-1].searchsorted(levels)
+    last = np.minimum.accumulate(f[::-1])[::-1].searchsorted(levels) - 1
+    low, high = interpolate_crossings(line.t_mm, f, levels, first, last)
+    return levels / (0.5 * (high - low)) ** 2, 0.5 * (low + high)
+
+
+def _find_half_lengths(line: GapLine, approaches_mm: Floats, positions: slice) -> Floats:
+    """Half lengths (k, m) in mm of strips at approaches (k,)."""
+    fitted_B, middle = _fit_parabolas(line, approaches_mm)
+    B = np.maximum(MIN_B_PER_MM, fitted_B)
+    shape = calculate_ellipse_shape(line.A_per_mm, B)
+    # A a^2 and B b^2 of the ellipse, as fractions of the approach; then the squared offset across as a fraction of b^2.
+    part_x, part_t = shape.part_x[:, None], shape.part_t[:, None]
+    approaches = approaches_mm[:, None]
+    offset_square = (line.t_mm[positions] - middle[:, None]) ** 2 * B[:, None] / (part_t * approaches)
+    gap_fraction = np.minimum(np.maximum(part_x - (part_x - part_t) * offset_square, 0.0), 1.0)
+    return np.sqrt(np.maximum(gap_fraction * approaches - line.f_mm[positions], 0.0) / line.A_per_mm)

@@ -18,19 +18,26 @@ import numpy as np
 
 from fecontact.case import Case
 from fecontact.contact.grid import Rung
-from fecontact.contact_theories.analyn import solve_analyn
+from fecontact.contact_theories.analyn import find_analyn_forces, solve_analyn
 from fecontact.contact_theories.approximation import (
     TheoryContact,
     patch_from_ellipse,
     theory_contact_from_rung,
     theory_contact_from_strips,
 )
-from fecontact.contact_theories.equivalent_ellipse import solve_equivalent_ellipse
-from fecontact.contact_theories.gap_line import GapLine, GapLineTheory, StripContact, build_gap_line, solve_under_load
+from fecontact.contact_theories.equivalent_ellipse import find_equivalent_ellipse_forces, solve_equivalent_ellipse
+from fecontact.contact_theories.gap_line import (
+    GapLine,
+    GapLineForces,
+    GapLineTheory,
+    StripContact,
+    build_gap_line,
+    solve_under_load,
+)
 from fecontact.contact_theories.hertz import HertzContact, hertz_from_hessian
-from fecontact.contact_theories.kik_piotrowski import solve_kik_piotrowski
-from fecontact.contact_theories.kpec import solve_kpec
-from fecontact.contact_theories.stripes import solve_stripes
+from fecontact.contact_theories.kik_piotrowski import find_kik_piotrowski_forces, solve_kik_piotrowski
+from fecontact.contact_theories.kpec import find_kpec_forces, solve_kpec
+from fecontact.contact_theories.stripes import find_stripes_forces, solve_stripes
 from fecontact.contact_theories.strips import (
     build_gap_line_under_load,
     build_gap_lines_under_loads,
@@ -379,12 +386,19 @@ _GAP_LINE_THEORIES: Mapping[str, GapLineTheory] = {
     "analyn": solve_analyn,
     "kpec": solve_kpec,
 }
+_GAP_LINE_FORCES: Mapping[str, GapLineForces] = {
+    "equivalent_ellipse": find_equivalent_ellipse_forces,
+    "kik_piotrowski": find_kik_piotrowski_forces,
+    "stripes": find_stripes_forces,
+    "analyn": find_analyn_forces,
+    "kpec": find_kpec_forces,
+}
 _APPROXIMATIONS: Mapping[str, TheoryFunction] = {
     HERTZ: _hertz_at_first_touch,
     HERTZ_GAUGE: _hertz_at_gauge_side,
     MULTI_HERTZ: _multi_hertz,
     **{
-        name: _strip_theory_function(partial(solve_under_load, theory=theory))
+        name: _strip_theory_function(partial(solve_under_load, theory=theory, forces=_GAP_LINE_FORCES[name]))
         for name, theory in _GAP_LINE_THEORIES.items()
     },
     "strip": _approximate_by_strips,
@@ -419,7 +433,9 @@ def fast_theory(name: str) -> TheoryFunction:
     theory = _GAP_LINE_THEORIES.get(name)
     if theory is None:
         return THEORIES[name].approximate
-    return _strip_theory_function(partial(solve_under_load, theory=theory, factor=_COARSE_FACTOR))
+    return _strip_theory_function(
+        partial(solve_under_load, theory=theory, forces=_GAP_LINE_FORCES[name], factor=_COARSE_FACTOR)
+    )
 
 
 HERTZ_OF_EACH_SIDE = (HERTZ_GAUGE, HERTZ)

@@ -299,19 +299,8 @@ class StripDistances:
     root: Floats
 
     @classmethod
-    def build(cls, distance: Floats) -> StripDistances:
-        """Roots and squares of distances.
-
-        Parameters
-        ----------
-        distance : ndarray of any shape
-            Distances in mm, with any sign.
-
-        Returns
-        -------
-        StripDistances
-            Absolute values, squares and roots, of this shape.
-        """
+    def from_lengths(cls, distance: Floats) -> StripDistances:
+        """Distances in mm, with any sign, and their roots."""
         length = np.abs(distance)
         return cls(square=length * length, distance=length, root=np.sqrt(length))
 
@@ -450,7 +439,7 @@ class _StripStack:
             f=np.stack(gaps),
             closing=np.stack(closings),
             open_q=open_q,
-            distances=StripDistances.build(t[:, :, None] - t[:, None, :]),
+            distances=StripDistances.from_lengths(t[:, :, None] - t[:, None, :]),
             A=np.array([[line.A] for line in lines]),
             E=np.array([[line.E] for line in lines]),
             force=np.array([[math.nan if load.force is None else load.force] for load in loads]),
@@ -628,8 +617,9 @@ def _solve_springs(line: StripGap, load: StripLoad) -> StripSolution:
 def _find_spring_approach(line: StripGap, overlap_mm2: float) -> float:
     """Approach d at which the springs have a given force.
 
-    The forces are the overlaps d / 2 - f times the widths. The approach is at most twice the largest gap. The sum
-    is convex in d with straight pieces, so that Newton steps from a larger approach end at the exact solution.
+    The overlaps d / 2 - f, times their widths, have the given sum. The approach is at most twice the largest gap. The
+    sum is convex in d with straight pieces, so that Newton steps from a larger
+    approach end at the exact solution.
     """
     approach, f, widths = 2.0 * float(line.f.max()), line.f, np.gradient(line.t)
     while True:
@@ -758,7 +748,7 @@ def _overlapping_spans(line: StripGap, strips: StripSolution) -> list[Span]:
     stride = max(1, indices.size // _OVERLAP_CHECK_POSITIONS)
     indices = indices[::stride]
     is_loaded = strips.q > 0.0
-    distances = StripDistances.build(line.t[indices, None] - strips.t[is_loaded])
+    distances = StripDistances.from_lengths(line.t[indices, None] - strips.t[is_loaded])
     _, _, J = _influence_of_distant_strips(strips.q[is_loaded], distances)
     opening = J @ (strips.h * strips.c)[is_loaded] / (np.pi * line.E)
     is_overlapping = opening < line.closing[indices] * (strips.approach * (1.0 - _MIN_OVERLAP) - line.f[indices])

@@ -7,11 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from fecontact.arrays import Floats
 from fecontact.contact_theories.gap_line import (
     MIN_B_PER_MM,
     GapLine,
     StripContact,
     build_strip_contact,
+    find_close_positions,
+    sum_forces_N,
 )
 from fecontact.errors import check_positive
 
@@ -65,14 +68,37 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    f, ellipses = line.f_mm, line.local_ellipses
-    depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - f, 0.0)
-    is_in_contact = depth > 0.0
-    a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm, MIN_B_PER_MM))
-    pressure_shape = np.divide(depth, a, out=np.zeros_like(f), where=is_in_contact)
-    pressure = line.contact_modulus_MPa * pressure_shape / (ellipses.integral * ellipses.part_t)
-    range_notes = line.concave_notes(is_in_contact) or _overlap_notes(line, approach_mm)
+    a, pressure = _find_strips(line, approach_mm, slice(None))
+    range_notes = line.concave_notes(a > 0.0) or _overlap_notes(line, approach_mm)
     return build_strip_contact(line, approach_mm, a, pressure, range_notes)
+
+
+def find_stripes_forces(line: GapLine, approaches_mm: Floats) -> Floats:
+    """Forces by STRIPES at many approaches.
+
+    Parameters
+    ----------
+    line
+        Gap line.
+    approaches_mm : ndarray of shape (k,)
+        Approaches of the bodies, > 0.
+
+    Returns
+    -------
+    ndarray of shape (k,)
+        Forces in N of the contacts by `solve_stripes`.
+    """
+    positions = find_close_positions(line, float(approaches_mm.max()))
+    return sum_forces_N(line, *_find_strips(line, approaches_mm[:, None], positions))
+
+
+def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips, at an approach or at approaches (k, 1)."""
+    ellipses = line.local_ellipses
+    depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - line.f_mm[positions], 0.0)
+    a = ellipses.axis_ratio[positions] * np.sqrt(depth / np.maximum(line.B_per_mm[positions], MIN_B_PER_MM))
+    pressure_shape = np.divide(depth, a, out=np.zeros_like(a), where=depth > 0.0)
+    return a, line.contact_modulus_MPa * pressure_shape / (ellipses.integral[positions] * ellipses.part_t[positions])
 
 
 def _overlap_notes(line: GapLine, approach_mm: float) -> list[str]:

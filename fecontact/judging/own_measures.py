@@ -388,8 +388,6 @@ def _place_theory_pressure(theory: TheoryContact, grid: ContactGrid) -> Floats:
     The pressure is averaged over the cells, so that its sum is the force. A solver has no pressure at nodes outside the
     patch: the force of their cells is moved to the nearest node inside.
     """
-    from scipy.ndimage import distance_transform_edt
-
     averaged = theory.on(grid)
     at_nodes = np.zeros(grid.shape)
     for patch in theory.patches:
@@ -399,10 +397,12 @@ def _place_theory_pressure(theory: TheoryContact, grid: ContactGrid) -> Floats:
 
 
 def _move_inside(pressure_MPa: Floats, area_mm2: Floats, is_inside: NDArray[np.bool_]) -> Floats:
-    """Pressure after the force of each node outside a patch was moved to the nearest node inside.
+    """Pressure with the forces of nodes outside a patch at the nearest nodes inside.
 
     Without a node inside the pressure is unchanged.
     """
+    from scipy.ndimage import distance_transform_edt
+
     is_moved = ~is_inside & (pressure_MPa > 0.0)
     if not is_inside.any() or not is_moved.any():
         return pressure_MPa
