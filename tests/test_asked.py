@@ -195,8 +195,10 @@ def test_pictures_and_paraview_say_it_first(result, tmp_path):
     level = result.load.level
     point_data = pyvista.wrap(contact_surface(result, level.fe, level.yielded.fe)).point_data
     plastic = point_data["plastic_pressure_MPa"]
-    assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-9)
-    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], point_data["hertz_pressure_MPa"] - plastic, atol=1e-9)
+    # the arrays have single precision
+    assert float(plastic.max()) == pytest.approx(SOFTER * elastic, rel=1e-7)
+    difference = point_data["hertz_pressure_MPa"] - plastic
+    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], difference, atol=2e-7 * elastic)
     svg_text = draw_study([case_row(result)], tmp_path / "study.png").with_suffix(".svg").read_text("utf-8")
     assert "FAILS" in svg_text
     assert "HOLDS" not in svg_text

@@ -373,6 +373,9 @@ def test_hertz_alone_names_every_touch_point_of_a_position():
 
 # ParaView files
 
+# Rounding errors of single precision, 6e-8, after a few operations.
+SINGLE_PRECISION = 2e-7
+
 
 def test_a_collection_has_its_blocks_by_name(vtk_folder):
     assert sorted(p.name for p in vtk_folder.iterdir()) == [
@@ -460,7 +463,7 @@ def test_paraview_shows_the_judged_contact(vtk_folder, elliptic_quick):
         surface = pyvista.read(vtk_folder / f"{name}.vtp")
         pressure = surface.point_data["contact_pressure_MPa"].reshape(2 * nx - 1, -1)
         assert pressure.shape[1] >= ns
-        assert float(pressure.max()) == float(rung.pressure_MPa.max())
+        assert float(pressure.max()) == pytest.approx(float(rung.pressure_MPa.max()), rel=SINGLE_PRECISION)
     assert level.fe.grid.steps_mm[0] < 0.5 * level.nodal.grid.steps_mm[0]
 
 
@@ -541,7 +544,7 @@ def test_the_square_falls_to_zero_at_the_edge_of_the_patch(vtk_folder, elliptic_
     assert patch.area == pytest.approx(elliptic_quick.comparison.fe.area_mm2, rel=0.02)
     squares = surface.point_data["pressure_squared_MPa2"]
     pressure = surface.point_data["contact_pressure_MPa"]
-    np.testing.assert_allclose(np.sqrt(np.maximum(squares, 0.0)), pressure, rtol=1e-12)
+    np.testing.assert_allclose(np.sqrt(np.maximum(squares, 0.0)), pressure, rtol=SINGLE_PRECISION)
 
 
 def surface_on_elements(result):
@@ -598,7 +601,8 @@ def test_the_other_arrays_belong_to_the_same_points(vtk_folder, elliptic_quick):
     assert inside.sum() > 30
     np.testing.assert_allclose(point_data["hertz_pressure_MPa"][inside], at_nodes[inside], rtol=0.055)
     difference = point_data["hertz_pressure_MPa"] - point_data["contact_pressure_MPa"]
-    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], difference, atol=1e-9)
+    largest_MPa = float(point_data["hertz_pressure_MPa"].max())
+    np.testing.assert_allclose(point_data["hertz_minus_fe_MPa"], difference, atol=SINGLE_PRECISION * largest_MPa)
     np.testing.assert_array_equal(point_data["in_contact"], point_data["contact_pressure_MPa"] > 0.0)
     assert float(np.abs(point_data["gap_mm"][point_data["in_contact"] == 1]).max()) < 1e-6
 
@@ -611,7 +615,8 @@ def test_a_half_surface_is_whole_and_symmetric(vtk_folder, elliptic_quick):
     assert np.all(np.diff(points[:, 0, 0]) > 0.0)
     pressure = surface.point_data["contact_pressure_MPa"].reshape(2 * nx - 1, ns)
     np.testing.assert_array_equal(pressure, pressure[::-1])
-    np.testing.assert_array_equal(pressure[nx - 1 :], elliptic_quick.load.level.nodal.pressure_MPa)
+    nodal_MPa = elliptic_quick.load.level.nodal.pressure_MPa
+    np.testing.assert_allclose(pressure[nx - 1 :], nodal_MPa, rtol=SINGLE_PRECISION)
 
 
 @pytest.mark.parametrize("name", ["rail", "wheel"])

@@ -20,7 +20,7 @@ class Judged(Protocol):
 
     @property
     def criteria(self) -> Criteria:
-        """Criteria by which the results were judged."""
+        """Criteria of the verdicts."""
 
     @property
     def all_judged(self) -> bool:

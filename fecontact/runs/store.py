@@ -143,7 +143,9 @@ def judge_again(read_result: Callable[..., Solved], finished: Path, case: Case) 
 
 
 def collect_stored_own(folders: Iterable[Path], criteria: Criteria) -> Criteria:
-    """Criteria for stored results, with all stored criteria of users if `own` is None.
+    """Criteria for stored results.
+
+    They have all stored criteria of users if `own` is None.
 
     Parameters
     ----------

@@ -53,7 +53,7 @@ class JudgedMap:
 
     @property
     def criteria(self) -> Criteria:
-        """Criteria by which the map was judged."""
+        """Criteria of the verdicts."""
         return self.map.case.criteria
 
     @property

@@ -163,11 +163,11 @@ def _build_points(points: Floats) -> Any:
 
 
 def _build_cells(cells: Integers) -> Any:
-    """Cells with equal numbers of nodes."""
+    """Cells with equal numbers of nodes, as integers of 32 bits."""
     from vtkmodules.vtkCommonDataModel import vtkCellArray
 
     vtk_cells = vtkCellArray()
-    vtk_cells.SetData(cells.shape[1], _to_vtk(cells.astype(np.int64).ravel()))
+    vtk_cells.SetData(cells.shape[1], _to_vtk(cells.astype(np.int32).ravel()))
     return vtk_cells
 
 

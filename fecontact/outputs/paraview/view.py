@@ -138,7 +138,7 @@ VON_MISES_LABELS = {json.dumps(_choose_labels(stress))}
 
 
 def _read_contact_points_mm(record: Mapping[str, Any]) -> list[tuple[float, float, float]]:
-    """Contact points of a case, of its lobes and of its second patches."""
+    """Contact points of a case: the first, and points of lobes and second patches."""
     numbers = {0, *(lobe["contact_point_number"] for lobe in record["lobes"])} - {None}
     contact_points = [record["contact_points"][number] for number in sorted(numbers)]
     return [(point["x_mm"], point["y_mm"], point["z_mm"]) for point in contact_points]
