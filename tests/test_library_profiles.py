@@ -481,6 +481,24 @@ def test_only_a_profile_of_the_library_is_written_as_segments(tmp_path, capsys):
     assert call(["profiles", "circle:300", "--write", str(path), "--kind", "rail"]) == 2
     assert "write its points to a .csv file" in capsys.readouterr().err
     assert "radii = [250.0," in path.read_text("utf-8")
+    assert call(["profiles", str(path), "--write", str(tmp_path / "copy.toml")]) == 2
+    assert "has radii and segments already; copy the file and change it" in capsys.readouterr().err
+
+
+def test_a_measured_profile_names_the_profile_whose_segments_can_be_written(tmp_path, capsys):
+    worn = tmp_path / "worn"
+    assert call(["profiles", "--examples", str(worn)]) == 0
+    for file, nominal in (("rail.csv", "60E1"), ("wheel.csv", "S1002")):
+        assert call(["profiles", str(worn / file), "--write", str(worn / "own.toml")]) == 2
+        err = capsys.readouterr().err
+        assert f"or write {nominal}, the nearest profile of the library, to a .toml file" in err
+        assert not (worn / "own.toml").exists()
+        # the remedy is followed
+        assert f"fecontact profiles {nominal} --write own.toml" in err
+        assert call(["profiles", nominal, "--write", str(worn / f"{nominal}.toml")]) == 0
+    assert call(["profiles", str(worn / "rail.csv"), "--rail-nominal", "none", "--write", str(worn / "own.toml")]) == 2
+    assert "or write a similar profile of the library to a .toml file and change it" in capsys.readouterr().err
+    assert call(["profiles", str(worn / "rail.csv"), "--write", str(worn / "points.csv")]) == 0
 
 
 def test_the_guide_has_each_profile_its_other_names_and_the_unavailable_profiles():

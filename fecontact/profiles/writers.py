@@ -97,8 +97,18 @@ def write_profile_text(profile: Profile, name: str, ending: str) -> str:
     if ending.lower() == ".csv":
         return csv_text(profile)
     if not is_library_name(name):
-        raise InputError(
-            f"{name!r} has no radii and segments in the library; write its points to a .csv file,"
-            " or write a similar profile of the library to a .toml file and change it"
-        )
+        raise InputError(_explain_missing_segments(profile, name))
     return toml_text(name)
+
+
+def _explain_missing_segments(profile: Profile, name: str) -> str:
+    """Reason why a profile has no segments to write, and the remedy."""
+    if name.lower().endswith(".toml"):
+        return f"{name!r} has radii and segments already; copy the file and change it"
+    nominal = "" if profile.measured is None else profile.measured.nominal
+    similar = f"{nominal}, the nearest profile of the library," if nominal else "a similar profile of the library"
+    command = f": fecontact profiles {nominal} --write own.toml" if nominal else ""
+    return (
+        f"{name!r} has no radii and segments in the library; write its points to a .csv file,"
+        f" or write {similar} to a .toml file and change it{command}"
+    )
