@@ -325,7 +325,7 @@ class OwnMeasures:
         except MemoryError:
             raise
         except Exception as error:
-            raise InputError(f"{subject} raised {type(error).__name__}: {error}; on {where}; correct it") from error
+            raise InputError(f"{subject} raised {type(error).__name__}: {error} for {where}; correct it") from error
         try:
             value = float(returned)
         except (TypeError, ValueError) as error:

@@ -35,6 +35,7 @@ from fecontact.fe.stress import nodal_stress
 from fecontact.judging.judged_load import JudgedLoad
 from fecontact.judging.lines import ProfileVariants
 from fecontact.judging.measures import read_patch
+from fecontact.judging.own_measures import OwnMeasures
 from fecontact.judging.solved_load import Level, SolvedLoad, has_faulty_elements
 from fecontact.judging.theory import Evidence, has_certain_failure, is_undecidable_by_refinement, judge_hertz
 from fecontact.judging.uncertainty import MESH_RATIO
@@ -742,9 +743,12 @@ class Meshes:
         Raises
         ------
         InputError
-            If the elements of the first meshes are too coarse for the patch.
+            If the elements of the first meshes are too coarse for the patch, or the function of a user's criterion
+            fails.
         """
         case, placement = position.case, position.placement
+        # an error in the function of a user is reported before the meshes are made
+        OwnMeasures.read_criteria(case, placement).read_values(position.expected.half_space)
         with position.clock.step("expect the patch"):
             lines = judge_case_variants(case, placement)
         self._not_enlarged, self._room = [], ZoneMargin()
