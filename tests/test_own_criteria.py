@@ -45,8 +45,8 @@ def exact():
 
 def judged_by(exact, criteria: Criteria):
     """The exact contact judged by other criteria, without a new solution."""
-    solved = exact.load.solved
-    return judge_load(replace(solved, case=replace(solved.case, criteria=criteria)), exact.placement)
+    solved_load = exact.load.solved
+    return judge_load(replace(solved_load, case=replace(solved_load.case, criteria=criteria)), exact.placement)
 
 
 # --- values that are known
@@ -139,7 +139,7 @@ def test_a_measure_without_a_deviation_is_never_held():
 
 
 @pytest.mark.parametrize(
-    ("error", "limits", "by", "least"),
+    ("deviations", "quality", "other_deviation", "contribution"),
     [
         # the whole change from mesh to mesh, and twice the difference of the fits
         ([0.0, 0.01], {}, 0.0, 0.01),
@@ -149,12 +149,13 @@ def test_a_measure_without_a_deviation_is_never_held():
         ([0.0, 0.0], {"residual": 1e-3}, 0.0, 1e-3),
     ],
 )
-def test_errors_of_the_meshes_are_in_the_uncertainty(error, limits, by, least):
+def test_errors_of_the_meshes_are_in_the_uncertainty(deviations, quality, other_deviation, contribution):
     # the sensitivity of the peak of Hertz's theory
     of_peak = Sensitivity(along=-1.0, across=-1.0, force=1.0 / 3.0, centre=0.0, lobe=0.0)
     budget = partial(estimate_own_budget, sensitivity=of_peak, node_change=0.0)
     exact_total = budget([0.0, 0.0], quality=SolutionQuality(), by_other_fit=0.0).total
-    assert budget(error, quality=SolutionQuality(**limits), by_other_fit=by).total - exact_total == pytest.approx(least)
+    total = budget(deviations, quality=SolutionQuality(**quality), by_other_fit=other_deviation).total
+    assert total - exact_total == pytest.approx(contribution)
 
 
 # --- errors of the user's function
@@ -251,11 +252,12 @@ def test_wrong_settings_are_refused_with_a_remedy(settings, words):
 
 
 @pytest.mark.parametrize(
-    ("own", "words"), [((PEAK, PEAK), "'peak' more than once"), ("peak", "own is 'peak'"), ((1.0,), "an OwnCriterion")]
+    ("criteria", "words"),
+    [((PEAK, PEAK), "'peak' more than once"), ("peak", "own is 'peak'"), ((1.0,), "an OwnCriterion")],
 )
-def test_own_criteria_are_distinct_criteria(own, words):
+def test_own_criteria_are_distinct_criteria(criteria, words):
     with pytest.raises(InputError, match=re.escape(words)):
-        Criteria(own=own)
+        Criteria(own=criteria)
 
 
 def test_a_contact_table_refuses_own_criteria():
