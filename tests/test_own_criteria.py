@@ -17,7 +17,7 @@ import own_functions
 import pytest
 
 import fecontact
-from fecontact.criteria import Criteria, OwnCriterion, UnavailableFunction, restore_criterion, split_own_measure
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
 from fecontact.judging.judge import judge_load
@@ -25,6 +25,7 @@ from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate
 from fecontact.judging.verdict import judge
 from fecontact.outputs.records.results import case_row, result_record
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
+from fecontact.own_criterion import OwnCriterion, UnavailableFunction, restore_criterion, split_own_measure
 from fecontact.runs.identity import determine_origin, make_case_id
 
 TESTS = Path(__file__).parent
@@ -331,7 +332,7 @@ def test_a_stored_function_is_used_only_if_it_is_equal():
     assert restore_criterion(record) == PEAK
     for change, words in (
         ({"source": "def peak(contact):\n    return 1.0\n"}, "differs from the stored function"),
-        ({"function": "no_module:peak"}, "module no_module is neither installed nor on PYTHONPATH here"),
+        ({"function": "no_module:peak"}, "module no_module is not imported here"),
         ({"function": "own_functions:none"}, "has no function none"),
     ):
         restored = restore_criterion({**record, **change})
@@ -341,10 +342,10 @@ def test_a_stored_function_is_used_only_if_it_is_equal():
         assert "own criterion peak is not judged" in warning
 
 
-def test_a_module_in_the_present_folder_is_not_executed(tmp_path):
+def test_a_stored_record_imports_no_module(tmp_path):
     (tmp_path / "evil.py").write_text("print('executed')\n" + PEAK.source, "utf-8")
     code = (
-        "import json, sys; from fecontact.criteria import restore_criterion;"
+        "import json, sys; from fecontact.own_criterion import restore_criterion;"
         "print(restore_criterion(json.loads(sys.argv[1])).is_available)"
     )
     record = json.dumps({**PEAK.record, "function": "evil:peak"})
@@ -369,8 +370,8 @@ def test_an_unavailable_function_leaves_the_verdict_open(exact):
 # --- studies and maps with workers
 
 
-def run_python(folder: Path, *words: str, path: str = "") -> subprocess.CompletedProcess[str]:
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, (str(TESTS.parent), path)))}
+def run_python(folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(TESTS.parent)}
     return subprocess.run(
         [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True, timeout=900
     )
@@ -431,7 +432,9 @@ def test_a_study_with_workers_is_resumed_and_judged(tmp_path):
     # no process but the script's knows the function
     process = run_python(tmp_path, "-m", "fecontact", "judge", "out", "--p-max-percent", "3")
     assert process.returncode == 3
-    assert "own criterion mean_pressure is not judged: module fecontact_study_mine is neither" in process.stderr
+    assert (
+        "own criterion mean_pressure is not judged: module fecontact_study_mine is not imported here" in process.stderr
+    )
     assert "UNRESOLVED" in process.stdout
     code = (
         "import fecontact, mine; print([row['verdict_answer'] for row in fecontact.judge('out', mine.CRITERIA).rows])"
@@ -483,12 +486,14 @@ def test_a_map_shows_an_own_criterion(tmp_path):
     process = run_python(tmp_path, "map.py")
     assert process.stdout == "['HOLDS', 'HOLDS']\n", process.stderr
     assert (tmp_path / "out" / "map_own_mean_pressure.png").is_file()
-    words = ("-m", "fecontact", "judge", "out", "--measure", "own_mean_pressure")
-    process = run_python(tmp_path, *words, path=str(tmp_path))
+    code = "import fecontact, mine; judged = fecontact.judge('out', measure='own_mean_pressure')"
+    process = run_python(tmp_path, "-c", f"{code}; print(judged.all_judged, *judged.terminal_parts(None))")
     assert process.returncode == 0, process.stderr
+    assert process.stdout.startswith("True ")
     assert "Hertz's mean pressure holds at all loads" in process.stdout
-    assert "mean_pressure ±10 %" in process.stdout
-    # without the module the measure stays open
+    assert "limit ±10 % mean_pressure" in process.stdout
+    # the command does not import the module, and the measure stays open
+    words = ("-m", "fecontact", "judge", "out", "--measure", "own_mean_pressure")
     process = run_python(tmp_path, *words)
     assert process.returncode == 3
     assert "own criterion mean_pressure is not judged" in process.stderr
