@@ -674,7 +674,8 @@ def test_files_that_held_something_else_are_named(tmp_path, capsys):
     words = ["irregular", "--rail", "circle:300", "--wheel", "cylinder:460", "--inclination", "none", "--workers", "1"]
     words += ["--wavelengths-mm", "50", "--out", str(tmp_path), "--amplitudes-um"]
     (tmp_path / "notes.txt").write_text("mine")
-    for amplitude, names in (("10", ()), ("10", ()), ("20", ("irregular.json", "irregular.png", "irregular.svg"))):
+    replaced_names = ("irregular.json", "irregular.png", "irregular.svg", "report.html")
+    for amplitude, names in (("10", ()), ("10", ()), ("20", replaced_names)):
         assert call([*words, amplitude]) == 0
         said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("replaced")]
         listed = ", ".join(str(tmp_path / name) for name in names)

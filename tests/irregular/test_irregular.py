@@ -8,6 +8,7 @@ import math
 import pickle
 import re
 from dataclasses import replace
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -280,6 +281,14 @@ def test_the_command_prints_a_map_and_writes_it(capsys, tmp_path):
     picture = (tmp_path / "irregular.svg").read_text("utf-8")
     for printed in ("rail circle:300", "shift +0.00 mm", "the cheapest model that holds", "in the middle"):
         assert printed in picture
+    page = ElementTree.fromstring((tmp_path / "report.html").read_text("utf-8").removeprefix("<!DOCTYPE html>\n"))
+    holding_count = sum(cell["models"]["eq6"]["holds"] for cell in record["cells"])
+    (headline,) = (heading.text for heading in page.iter("h1"))
+    assert headline == (
+        f"Hertz's spring (eq6) holds in {holding_count} of 4 cells of wavelength and amplitude: force and peak pressure"
+        " within 5 %"
+    )
+    assert len([*page.iter("img")]) == 1
     pair = record["pair"]
     assert f"patch {2.0 * pair['a_mm']:.1f} mm long, approach {1e3 * pair['approach_mm']:.0f} µm" in picture
     # corrugation of 30 mm: between 5 and 20 um, as in the sheet 8 um

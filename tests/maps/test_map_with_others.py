@@ -440,6 +440,13 @@ def test_the_command_writes_tables_and_pictures_and_finds_wheels_on_a_map(mapped
     assert [track["theory"] for track in record["straight_track"]] == ["overlap", "kik_piotrowski"]
     for name in ("curve.csv", "curve.json", "curve.png", "curve_map.png"):
         assert (tmp_path / "out" / name).stat().st_size > 500
+    page = ElementTree.fromstring(
+        (tmp_path / "out" / "report.html").read_text("utf-8").removeprefix("<!DOCTYPE html>\n")
+    )
+    (headline,) = (heading.text for heading in page.iter("h1"))
+    assert headline.startswith("Verdicts on Hertz over the distance of all wheels: ")
+    assert "87.5 %" in headline.partition("(overlap)")[0]
+    assert len([*page.iter("img")]) == 2
     assert call([*arguments, "--map", str(tmp_path / "out")]) == 2
     assert "map.json" in capsys.readouterr().err
     assert call([*arguments, "--map", str(folder), "--rail", "60E2"]) == 2

@@ -128,13 +128,13 @@ def curve(
     json
         Print the result as JSON and nothing else.
     out
-        Folder for curve.csv, curve.json, pictures, and positions.csv for a fleet.
+        Folder for report.html, curve.csv, curve.json, pictures, and positions.csv for a fleet.
     """
     from fecontact.features.curves.pictures import draw_curves, draw_visits
     from fecontact.features.curves.records import make_curve_rows, make_curves_record, make_position_rows
     from fecontact.features.curves.running import curve as run_curves
     from fecontact.features.curves.solved_wheels import describe_solved_wheels
-    from fecontact.features.curves.terminal import format_curves
+    from fecontact.features.curves.terminal import format_curves, write_curve_report
     from fecontact.files import write_json
     from fecontact.outputs.tables import write_csv
 
@@ -175,16 +175,20 @@ def curve(
                 draw_visits(results, out / "curve_map.png")
     is_complete = all(run.status == "equilibrium" for runs in results.runs.values() for run in runs)
     sentences: list[str] = []
+    verdicts: list[str] = []
     if curve_options.solve and out is not None:
         judged_wheels = _solve_wheels(results, out, curve_options.workers)
         is_complete = is_complete and judged_wheels.all_converged
-        sentences = describe_solved_wheels(judged_wheels)
+        sentences, verdicts = describe_solved_wheels(judged_wheels), judged_wheels.verdicts
         record["solved_wheels"] = {
             "theory": judged_wheels.theory,
             "answer": sentences,
             "shares": judged_wheels.shares(),
         }
-    print_answer(record, lambda _: [*format_curves(results), *sentences], json=json, written=out)
+    parts = [*format_curves(results), *sentences]
+    if out is not None:
+        write_curve_report(results, verdicts, parts, out)
+    print_answer(record, lambda _: parts, json=json, written=out)
     return 0 if is_complete else 3
 
 

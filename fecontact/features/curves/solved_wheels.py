@@ -97,6 +97,11 @@ class SolvedWheels:
         """Whether every wheel has a usable result."""
         return all(is_usable_status(row) for row in self.rows)
 
+    @property
+    def verdicts(self) -> list[str]:
+        """Verdict on Hertz for each wheel, or `not solved`."""
+        return [_find_answer(row) for row in self.rows]
+
     def shares(self) -> dict[str, float]:
         """Shares of the distance of all wheels by the answer on Hertz.
 

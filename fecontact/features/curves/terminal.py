@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from fecontact.features.curves.curve import CurveRun
@@ -16,8 +17,12 @@ from fecontact.features.curves.sentences import (
     describe_straight_track,
 )
 from fecontact.features.curves.visits import CurveResults
-from fecontact.inputs.texts import escape_line
+from fecontact.inputs.texts import count_text, escape_line
+from fecontact.outputs.feature_report import write_feature_report
 from fecontact.outputs.flat_records import select_attributes
+from fecontact.outputs.pair_names import pair_words
+from fecontact.outputs.parts import Lead, Picture
+from fecontact.outputs.report_words import answer_words, lead_style
 from fecontact.outputs.tables import Table, make_table, number_column, number_text, text_column
 from fecontact.outputs.terminal import OutputLines, note_lines
 
@@ -84,6 +89,57 @@ def format_curves(results: CurveResults) -> OutputLines:
             yield f"{theory}: cheapest theory that holds, over the same distance: {describe_shares(theory_shares)}"
         yaw = max((abs(visit.yaw_mrad) for visit in results.visits), default=0.0)
         yield from note_lines([f"{MAP_NOTE}; in these curves their yaw is up to {yaw:.1f} mrad"])
+
+
+def write_curve_report(results: CurveResults, verdicts: Sequence[str], parts: Sequence[Table | str], out: Path) -> Path:
+    """Write `report.html` of a vehicle in curves.
+
+    Parameters
+    ----------
+    results
+        Results of a vehicle in curves.
+    verdicts
+        Verdict on Hertz for each solved wheel; empty if no wheel was solved.
+    parts
+        Parts that the command prints.
+    out
+        Folder of the results, with the pictures.
+
+    Returns
+    -------
+    Path
+        The written page.
+    """
+    runs = [run for runs_by_theory in results.runs.values() for run in runs_by_theory]
+    balanced_count = sum(run.is_balanced for run in runs)
+    if verdicts:
+        answer = answer_words(verdicts, "wheels")
+    elif results.columns:
+        shares = (
+            f"{describe_shares(results.shares(theory, SHARE_ANSWERS['visited_percent']), ZONE_ORDER)} ({theory})"
+            for theory in results.runs
+        )
+        answer = f"Verdicts on Hertz over the distance of all wheels: {'; '.join(shares)}"
+    else:
+        balanced_text = f"Equilibrium in {balanced_count} of {count_text(len(runs), 'curve')}"
+        answer = f"{balanced_text}; verdicts on Hertz need --solve or --map"
+    radii = ", ".join(f"{radius:g}" for radius in results.radii_m)
+    name = escape_line(results.vehicle.name)
+    pictures = [
+        Picture(
+            content=out / "curve.svg",
+            words="Lateral shift and yaw of the wheelsets, Y/Q of the leading outer wheel, and curve resistance.",
+        ),
+        *[Picture(content=out / "curve_map.svg", words="The wheels on the map of the verdicts.")]
+        * bool(results.columns),
+    ]
+    return write_feature_report(
+        f"{name} in curves",
+        Lead(answer, lead_style(verdicts), f"{name}; {pair_words(results.case, ' and ')}; curves of {radii} m"),
+        parts,
+        pictures,
+        out,
+    )
 
 
 def _make_wheelset_table(title: str, runs: Sequence[CurveRun]) -> Table:

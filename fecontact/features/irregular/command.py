@@ -76,10 +76,10 @@ def irregular(
     json
         Print the result as JSON and nothing else.
     out
-        Folder for irregular.json and irregular.png.
+        Folder for irregular.json, irregular.png and report.html.
     """
     from fecontact.features.irregular.running import irregular as judge_irregularity
-    from fecontact.features.irregular.telling import draw_irregular, format_irregular
+    from fecontact.features.irregular.telling import draw_irregular, format_irregular, write_irregular_report
     from fecontact.files import write_json
     from fecontact.jobs.workers import count_default_workers
 
@@ -116,7 +116,8 @@ def irregular(
     if out is not None:
         with reporting_replaced_files(out):
             write_json(out / "irregular.json", record)
-            draw_irregular(record, out / "irregular.png")
+            picture = draw_irregular(record, out / "irregular.png")
+            write_irregular_report(record, picture, out)
     print_answer(record, format_irregular, json=json, written=out)
     results = record["cells"] if "cells" in record else record["places"]
     return 3 if any(result["problem"] for result in results) else 0

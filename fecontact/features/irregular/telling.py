@@ -22,8 +22,10 @@ from fecontact.features.irregular.model_errors import (
 )
 from fecontact.features.irregular.models import MODELS, compute_eq6_limits
 from fecontact.inputs.texts import count_text
+from fecontact.outputs.feature_report import write_feature_report
 from fecontact.outputs.flat_records import Record, select_attributes, to_plain
 from fecontact.outputs.pair_names import row_pair_text
+from fecontact.outputs.parts import Lead, Picture
 from fecontact.outputs.records.results import case_inputs, package_versions
 from fecontact.outputs.style import (
     SERIES_COLOURS,
@@ -350,7 +352,7 @@ def _draw_map(record: Record, path: str | Path) -> Path:
     return save_figure(figure, path)
 
 
-def _describe_pair(record: Record) -> str:
+def _describe_pair(record: TableRecord) -> str:
     """Describe the pair, the shift and the normal force in a title."""
     case, pair = record["case"], record["pair"]
     return (
@@ -459,6 +461,54 @@ def format_irregular(record: TableRecord) -> OutputLines:
         yield from note_lines(
             [f"{len(problems)} of {len(record[kind])} {kind} have no solution; the first: {problems[0]}"]
         )
+
+
+def write_irregular_report(record: TableRecord, picture: Path, out: Path) -> Path:
+    """Write `report.html` of models on an irregularity.
+
+    Parameters
+    ----------
+    record
+        Record of models on an irregularity.
+    picture
+        Picture of the record, as PNG beside an SVG.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    Path
+        The written page.
+    """
+    words = {
+        True: "The cheapest model that holds over wavelength and amplitude, and the limits of the models.",
+        False: "Force of each model along the irregularity, at the approach of the half-space under the load.",
+    }
+    return write_feature_report(
+        f"Hertz's spring on an irregularity: {_describe_pair(record)}",
+        Lead(_describe_spring(record), subject=_describe_pair(record)),
+        format_irregular(record),
+        [Picture(content=picture.with_suffix(".svg"), words=words["cells" in record])],
+        out,
+    )
+
+
+def _describe_spring(record: TableRecord) -> str:
+    """Answer on Hertz's spring: cells of a map, or share of the places, in which it holds."""
+    limit = f"force and peak pressure within {100 * record['limit']:g} %"
+    if "cells" not in record:
+        if not record["worst"]:
+            return "Hertz's spring (eq6): no place has a solution"
+        share = record["worst"]["eq6"]["share_within_limit"]
+        return f"Hertz's spring (eq6) holds at {100 * share:.0f} % of {len(record['places'])} places: {limit}"
+    solved_cells = [cell for cell in record["cells"] if not cell["problem"]]
+    holding_count = sum(cell["models"]["eq6"]["holds"] for cell in solved_cells)
+    unsolved_count = len(record["cells"]) - len(solved_cells)
+    unsolved_part = f"; {unsolved_count} could not be solved" if unsolved_count else ""
+    return (
+        f"Hertz's spring (eq6) holds in {holding_count} of {count_text(len(record['cells']), 'cell')} of wavelength and"
+        f" amplitude: {limit}{unsolved_part}"
+    )
 
 
 def _describe_smooth_pair(record: TableRecord) -> str:
