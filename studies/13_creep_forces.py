@@ -231,7 +231,7 @@ def _verdict_texts(judgement: ForceJudgement | None) -> list[str]:
 
 
 def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarray]:
-    """Force over mu N against a creepage along an axis.
+    """Force on the wheel over mu N at creepages along an axis.
 
     Computed by the exact theory and by FASTSIM, on both patches.
     """
@@ -244,7 +244,7 @@ def curve(result: CaseResult, friction: float, axis: str) -> dict[str, np.ndarra
             for theory in ("fastsim", "rolling_half_space"):
                 try:
                     force = calculate_creep_force(theory, patch, creepages)
-                    value = -(force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
+                    value = (force.fx_N if axis == "xi" else force.fy_N) / patch.ellipse.limit_N
                 except FecontactError:
                     value = math.nan
                 forces.setdefault(f"{theory}, {side}", []).append(value)
@@ -271,11 +271,11 @@ def _figure(results: Sequence[CaseResult], path: Path) -> None:
             if row == 0:
                 ax.set_title(f"lateral shift {result.case.lateral_shift_mm:g} mm", fontsize=10)
             if column == 0:
-                ax.set_ylabel(f"{word} creep force over µN")
+                ax.set_ylabel(f"{word} creep force\non the wheel over µN")
     add_legend_beside(axes[0, -1])
     figure.suptitle(
-        f"S1002 on 60E1 1:40, {LOADS_N[-1] / 1e3:g} kN, friction {SHOWN_FRICTION:g}: force against the creepage, with"
-        " the wheelset's own spin",
+        f"S1002 on 60E1 1:40, {LOADS_N[-1] / 1e3:g} kN, friction {SHOWN_FRICTION:g}: force over creepage, with"
+        " the spin of the wheelset",
         fontsize=11,
     )
     save_figure(figure, path)

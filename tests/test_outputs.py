@@ -1470,6 +1470,22 @@ def test_no_line_joins_places_between_which_the_contact_jumps(elliptic_row, monk
     assert touch.get_title(loc="left") == "curves are interrupted where the contact point jumps"
 
 
+def test_no_line_joins_different_pairs(elliptic_row, monkeypatch):
+    pairs = [("a", "w"), ("a", "w"), ("b", "w"), ("b", "v")]
+    loads = (50.0, 100.0, 100.0, 100.0)
+    rows = [
+        elliptic_row | {"id": str(number), "rail": rail, "wheel": wheel, "load_kN": load_kN}
+        for number, ((rail, wheel), load_kN) in enumerate(zip(pairs, loads, strict=True))
+    ]
+    # the contact points of different pairs are no jump
+    rows[2]["contact_rail_y_mm"] = 40.0
+    peak, _, touch = draw_study_axes(monkeypatch, rows)
+    (line,) = [line for line in peak.get_lines() if line.get_label() == "finite elements"]
+    assert list(line.get_xdata()) == pytest.approx([0.0, 1.0, math.nan, 2.0, math.nan, 3.0], nan_ok=True)
+    assert touch.get_title(loc="left") == ""
+    assert touch.get_xlabel() == "rail, load, wheel at a lateral shift of +0.00 mm"
+
+
 def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, monkeypatch):
     rows = [
         elliptic_row | {"id": name, "resolution": name, "varied": f"resolution {name}"} for name in ("quick", "fine")
@@ -1482,6 +1498,7 @@ def test_a_study_says_what_varies_in_its_table_and_on_its_axis(elliptic_row, mon
     peak, _, touch = draw_study_axes(monkeypatch, rows)
     # side by side in their order; by shift, all would be at the same place
     assert [tick.get_text() for tick in touch.get_xticklabels()] == ["quick", "fine"]
+    assert touch.get_xlabel() == "resolution at a lateral shift of +0.00 mm"
     (line,) = [line for line in peak.get_lines() if line.get_label() == "finite elements"]
     assert list(line.get_xdata()) == [0.0, 1.0]
     moduli = [elliptic_row | {"id": str(number), "varied": f"young_MPa {number}"} for number in (200000, 210000)]

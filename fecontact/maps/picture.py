@@ -18,7 +18,7 @@ from fecontact.maps.views import build_map_view, refuse_measure
 from fecontact.maps.yaw_map import MapResult, YawMap, format_yaw, join_yaws
 from fecontact.outputs.case_words import other_wheel_label, roll_words, shift_label
 from fecontact.outputs.pair_names import pair_words
-from fecontact.outputs.style import ANSWER_COLOURS, BETWEEN_VERDICTS, MM_PER_INCH, blank_figure, save_figure
+from fecontact.outputs.style import ANSWER_COLOURS, BETWEEN_VERDICTS, MM_PER_INCH, blank_figure, line_width, save_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -202,7 +202,7 @@ def draw_map(
         _draw_column(ax, column, view.colours, sides, ends)
         for load, meaning in column.lines:
             if ends[0] < load < ends[1]:
-                ax.plot(sides, [load, load], color="k", lw=1.6, ls=_DASHES[view.lines.index(meaning)])
+                ax.plot(sides, [load, load], color="k", lw=line_width(1.6), ls=_DASHES[view.lines.index(meaning)])
         # A tick beside a number looks like a minus sign, so the map's loads have no ticks if the cells have numbers.
         _draw_ticks(ax, column.further_kN if sizes.has_numbers else column.solved_kN, sides)
         for cell in column.cells:
@@ -223,11 +223,11 @@ def _add_words(ax: Axes, view: MapView, handles: Sequence[Any], inches: float, *
         yaw_text = "" if view.yaw_mrad is None else f", yaw {format_yaw(view.yaw_mrad)} mrad"
         words = f"{pair_words(case)}{yaw_text}: {view.title}"
         ax.set_title(_wrap_lines(words, title_letters), x=0.0, ha="left", fontsize="medium")
-    ax.set_xlabel(_wrap_lines(shift_label(case), small_letters), fontsize="small")
+    ax.set_xlabel(_balance_lines(shift_label(case), small_letters), fontsize="small")
     ax.set_ylabel(f"{case.load_kind} load in kN", fontsize="small")
     if label := other_wheel_label(case):
         upper_axis = ax.secondary_xaxis("top", functions=(np.negative, np.negative))
-        upper_axis.set_xlabel(_wrap_lines(label, small_letters), fontsize="small")
+        upper_axis.set_xlabel(_balance_lines(label, small_letters), fontsize="small")
     conditions = _wrap_lines(f"{roll_words(case)}; {view.preposition} {view.criterion}", small_letters)
     legend_style: dict[str, Any] = {
         "handles": handles,
@@ -259,6 +259,19 @@ def _wrap_lines(text: str, characters: float) -> str:
         for line in text.split("\n")
         for wrapped in (wrap(line, int(characters)) if len(line) > characters else [line])
     )
+
+
+def _balance_lines(text: str, characters: float) -> str:
+    """Wrap a centred text into lines of nearly equal lengths.
+
+    The text has as many lines as lines with a number of characters need. No word is alone on the last line.
+    """
+    lines = _wrap_lines(text, characters)
+    for shorter in range(int(characters), 0, -1):
+        if (balanced := _wrap_lines(text, shorter)).count("\n") > lines.count("\n"):
+            break
+        lines = balanced
+    return lines
 
 
 def cell_boxes(view: MapView, figure: Figure) -> list[tuple[float, float, float, float]]:
@@ -316,7 +329,7 @@ def _build_legend(view: MapView, sizes: ColumnSizes) -> list[Any]:
         for answer, words in view.answers
     ]
     handles += [
-        Line2D([], [], color="k", lw=1.6, ls=dash, label=words)
+        Line2D([], [], color="k", lw=line_width(1.6), ls=dash, label=words)
         for words, dash in zip(view.lines, _DASHES, strict=False)
     ]
     shifts = [column.shift_mm for column in view.columns]
@@ -381,9 +394,9 @@ def _draw_column(
         top = ends[1] if number == len(column.bands) - 1 else high
         ax.bar(bottom=bottom, height=top - bottom, color=colours[answer], **rectangle, **_HATCHED.get(answer, {}))
         if number:
-            ax.plot(sides, [low, low], color="k", lw=0.9, solid_capstyle="butt")
+            ax.plot(sides, [low, low], color="k", lw=line_width(0.9), solid_capstyle="butt")
     if column.solved_kN:
-        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **rectangle | {"lw": 1.2})
+        ax.bar(bottom=ends[0], height=ends[1] - ends[0], fill=False, ec="white", **rectangle | {"lw": line_width(1.2)})
 
 
 def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float]) -> None:
@@ -392,7 +405,7 @@ def _draw_ticks(ax: Axes, loads_kN: Sequence[float], sides: tuple[float, float])
     tick = 0.09 * (right - left)
     for load in loads_kN:
         for start, end in ((left, left + tick), (right - tick, right)):
-            ax.plot([start, end], [load, load], color="k", lw=1.0, solid_capstyle="butt")
+            ax.plot([start, end], [load, load], color="k", lw=line_width(1.0), solid_capstyle="butt")
 
 
 def _choose_colour(cell: CellView, colours: Mapping[str, str]) -> str:

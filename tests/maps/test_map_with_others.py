@@ -25,6 +25,7 @@ import positions
 import pytest
 from inline import inline_crew
 from marks import slow_but
+from matplotlib import rc_context
 from points import MEASURED_COLUMNS
 from positions import map_by
 from test_cli import limits_and_sets
@@ -53,7 +54,7 @@ from fecontact.files import SEAL_KEY, write_json, write_sealed
 from fecontact.jobs.engine import RunSettings
 from fecontact.maps.load_limits import find_load_limit
 from fecontact.maps.model import ApplicabilityMap, LoadLimit, MapCell, MapPosition, build_cell_row
-from fecontact.maps.picture import save_map_figure
+from fecontact.maps.picture import draw_map, save_map_figure
 from fecontact.maps.positions import build_failed_position, build_solved_cell
 from fecontact.maps.report import write_map_report
 from fecontact.maps.telling import MAP_SCHEMA, build_map_record
@@ -176,6 +177,8 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
     save_map_figure(build_verdict_view(wheelset_map), "unused.png")
     (ax,) = figures[0].axes
     assert ax.get_xlabel().startswith(left_letter)
+    # lines of nearly equal lengths, none with a single word
+    assert min(len(line.split()) for line in ax.get_xlabel().split("\n")) > 1
     assert roll_words(case) in figures[0].legends[0].get_title().get_text()
     assert build_map_record(wheelset_map)["roll"] == roll_words(case)
     assert ("read the opposite shift" in format_map_table(build_verdict_view(wheelset_map))) == (
@@ -192,6 +195,21 @@ def test_a_map_of_a_symmetric_wheelset_is_both_wheels(case, left_letter, right_l
         assert left_px == pytest.approx(right_px)
         towards = ["positive" in label for label in (shift_label(case), second.get_xlabel())]
         assert sorted(towards) == [False, True]
+
+
+def test_lines_of_a_map_follow_the_settings_of_matplotlib():
+    cell = MapCell(lateral_shift_mm=0.0, load_N=1e5, status="failed: for a test")
+    position = MapPosition(lateral_shift_mm=0.0, cells=(cell,), limit=find_load_limit([cell]))
+    view = build_verdict_view(ApplicabilityMap(case=Case(), loads_N=(1e5,), positions=(position,)))
+    (column,) = view.columns
+    view = replace(view, columns=(replace(column, solved_kN=(100.0,)),))
+    widths = []
+    for width in (1.5, 0.75):
+        with rc_context({"lines.linewidth": width}):
+            figure = draw_map(view, numbers=False)
+        widths.append({line.get_linewidth() for line in figure.axes[0].get_lines()})
+    # ticks of the solved load
+    assert widths == [{1.0}, {0.5}]
 
 
 def test_a_map_has_one_roll_for_all_its_loads(tmp_path):

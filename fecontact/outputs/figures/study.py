@@ -14,7 +14,7 @@ from fecontact.arrays import Floats
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError, is_usable_status
 from fecontact.outputs.case_words import SHIFT_LABEL, roll_words_of_rows
-from fecontact.outputs.pair_names import RowMapping, row_pair_text
+from fecontact.outputs.pair_names import VARIED_COLUMN, RowMapping, row_pair_text
 from fecontact.outputs.records.asked import requested_row
 from fecontact.outputs.series import Series, split_into_series
 from fecontact.outputs.style import (
@@ -92,8 +92,10 @@ def draw_study(
     rows = [requested_row(row) for row in rows]
     all_series = split_into_series(rows)
     case_names: list[str] = []
+    case_labels: list[Mapping[str, str]] = []
     if len(rows) > 1 and len({float(row["lateral_shift_mm"]) for row in rows}) == 1:
         case_names = [", ".join(series_.label for series_ in all_series if row in series_.rows) for row in rows]
+        case_labels = [series_.labels for series_ in all_series]
         rows = [{**row, _PLACE_COLUMN: number} for number, row in enumerate(rows)]
         all_series = (Series(rows=tuple(rows), labels={}),)
     is_single = len(all_series) == 1
@@ -130,9 +132,18 @@ def draw_study(
     labels = [series_.label for series_ in all_series] if is_labelled else []
     _finish_study((peak_axes, deviation_axes, touch_axes), rows, rail, labels)
     if case_names:
-        touch_axes.set(xlabel=f"lateral shift {float(rows[0]['lateral_shift_mm']):+z.2f} mm")
+        varied_words = dict.fromkeys(_varied_words(column) for labels in case_labels for column in labels)
+        shift_words = f"lateral shift of {float(rows[0]['lateral_shift_mm']):+z.2f} mm"
+        touch_axes.set(xlabel=f"{', '.join(varied_words)} at a {shift_words}" if varied_words else shift_words)
         touch_axes.set_xticks(range(len(case_names)), [name.replace(", ", "\n") for name in case_names])
     return save_figure(figure, path)
+
+
+def _varied_words(column: str) -> str:
+    """Words for a varied input on an axis, such as "load" for `load_kN`."""
+    if column == VARIED_COLUMN:
+        return "varied input"
+    return (column.rpartition("_")[0] or column).replace("_", " ")
 
 
 def _axis_place(row: RowMapping) -> float:
@@ -281,8 +292,10 @@ def _draw_series(
     unusable rows and at jumps of the contact point.
     """
     shift, is_usable = np.array([_axis_place(row) for row in group]), np.array([is_usable_status(row) for row in group])
-    usable_value, breaks = np.where(is_usable, value, np.nan), _find_jumps(group)
-    # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, or within a jump
+    usable_value = np.where(is_usable, value, np.nan)
+    breaks = np.union1d(_find_jumps(group), _find_pair_changes(group))
+    # NaN breaks the line, so that nobody reads a value between a usable and an unusable row, within a jump or between
+    # two pairs
     ax.plot(
         np.insert(shift, breaks, np.nan), np.insert(usable_value, breaks, np.nan), lw=line_width(1.6), ms=5.5, **style
     )
@@ -296,11 +309,18 @@ def _draw_series(
 def _find_jumps(group: Sequence[RowMapping]) -> NDArray[np.int64]:
     """Numbers of the rows before which the contact point jumps.
 
-    A jump is a movement by more than the width of the narrower Hertz ellipse of both rows.
+    A jump is a movement by more than the width of the narrower Hertz ellipse of both rows, which have the same pair.
     """
     touch, width = _read_numbers(group, _TOUCH_COLUMN), _read_numbers(group, "hertz_b_mm")
     # a missing number (NaN) is not a jump
-    return 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
+    jumps = 1 + np.flatnonzero(np.abs(np.diff(touch)) > np.minimum(width[1:], width[:-1]))
+    return np.setdiff1d(jumps, _find_pair_changes(group))
+
+
+def _find_pair_changes(group: Sequence[RowMapping]) -> NDArray[np.int64]:
+    """Numbers of the rows before which the rail or the wheel changes."""
+    pairs = [(row.get("rail"), row.get("wheel")) for row in group]
+    return np.array([number for number in range(1, len(pairs)) if pairs[number] != pairs[number - 1]], dtype=np.int64)
 
 
 def _draw_without_value(ax: Axes, group: Sequence[RowMapping]) -> None:
