@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import gc
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+
+from fecontact.errors import InputError
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 """Variables of the environment for the number of threads of the numerical libraries."""
@@ -30,3 +35,39 @@ def limit_dense_threads() -> None:
     """
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+_factor_threads: ContextVar[int | None] = ContextVar("factor_threads", default=None)
+
+
+@contextmanager
+def use_factor_threads(threads: int | None) -> Iterator[None]:
+    """Factor and solve with a number of threads in the enclosed code.
+
+    Parameters
+    ----------
+    threads
+        Number of threads; None leaves the choice to the program.
+
+    Yields
+    ------
+    None
+        Control to the enclosed code.
+
+    Raises
+    ------
+    InputError
+        If the number is less than 1 or larger than the number of cores.
+    """
+    if threads is not None and not 1 <= threads <= count_cores():
+        raise InputError(f"threads is {threads}; allowed: 1 to {count_cores()}, the cores of this process")
+    token = _factor_threads.set(threads)
+    try:
+        yield
+    finally:
+        _factor_threads.reset(token)
+
+
+def read_factor_threads() -> int | None:
+    """Number of threads of `use_factor_threads`; None without a number."""
+    return _factor_threads.get()

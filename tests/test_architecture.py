@@ -27,7 +27,7 @@ WORK = ("jobs", "regression", "outputs", "console", "maps", "runs")
 ROOMS: dict[str, set[str]] = {
     "arrays": set(),
     "errors": set(),
-    "process": set(),
+    "process": {"errors"},
     # packages that not every machine has
     "packages": {"errors"},
     # names of what features offer, imported once it is used
@@ -92,7 +92,18 @@ ROOMS |= {
     "guide": {"errors", "inputs"},
     "plot": {"errors", "solving", "outputs", "maps"},
     "commands": {
-        *("errors", "packages", "feature_registry", "files", "inputs", "profiles", "case", "solving", "jobs"),
+        *(
+            "errors",
+            "process",
+            "packages",
+            "feature_registry",
+            "files",
+            "inputs",
+            "profiles",
+            "case",
+            "solving",
+            "jobs",
+        ),
         *("regression", "outputs", "console", "maps", "runs", "doctor", "guide"),
     },
     "cli": {"errors", "process", "feature_registry", "inputs", "console", "commands"},

@@ -9,7 +9,11 @@ from pathlib import Path
 import pytest
 
 import fecontact
+from fecontact.cli import call
+from fecontact.errors import InputError
+from fecontact.fe.linear_solver import count_factor_threads
 from fecontact.jobs.workers import make_process_crew, open_evaluators
+from fecontact.process import use_factor_threads
 
 # Two sessions of gmsh at a time end the process: each of these scripts has a process of its own.
 SECTIONS = """
@@ -118,3 +122,31 @@ def test_threads_of_the_environment_are_kept(name):
     assert print_threads(**{name: "3"})[:3] == ["0", "0", "0"]
     assert print_threads(OMP_NUM_THREADS="3")[3] == "None"
     assert print_threads(OPENBLAS_NUM_THREADS="2")[3] == "2"
+
+
+def test_given_threads_have_precedence_and_are_limited_by_the_cores(monkeypatch, capsys):
+    monkeypatch.setattr("fecontact.process.count_cores", lambda: 4)
+    monkeypatch.setenv("OMP_NUM_THREADS", "2")
+    with use_factor_threads(3):
+        assert [count_factor_threads(unknowns) for unknowns in (1000, 10**6)] == [3, 3]
+        with use_factor_threads(None):
+            assert count_factor_threads(1000) == 0
+    assert count_factor_threads(10**6) == 0
+    for threads in ("0", "5"):
+        assert call(["solve", "--threads", threads]) == 2
+        assert f"threads is {threads}; allowed: 1 to 4" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [[], ["--wheelset"]])
+def test_solve_uses_the_given_threads(words, monkeypatch):
+    threads = []
+
+    def stop(*_, **__):
+        threads.append(count_factor_threads(10**6))
+        raise InputError("stopped")
+
+    monkeypatch.setattr("fecontact.process.count_cores", lambda: 4)
+    monkeypatch.setattr("fecontact.solving.solve.solve", stop)
+    monkeypatch.setattr("fecontact.solving.wheelset_solution.solve_wheelset", stop)
+    assert call(["solve", "--threads", "4", *words]) == 2
+    assert threads == [4]

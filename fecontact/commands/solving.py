@@ -29,6 +29,7 @@ from fecontact.jobs.remaining import format_duration
 from fecontact.outputs.codes import find_code_to_set
 from fecontact.outputs.terminal import print_parts
 from fecontact.packages import require_finite_elements
+from fecontact.process import use_factor_threads
 
 if TYPE_CHECKING:
     from fecontact.outputs.codes import VehicleCode
@@ -51,6 +52,7 @@ def solve(
     force: bool = False,
     long: bool = False,
     set_in: str | None = None,
+    threads: int | None = None,
     wheelset: bool = False,
 ) -> int:
     """Solve a case with finite elements and compare it with Hertz.
@@ -70,7 +72,19 @@ def solve(
     set_in
         Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: print the setting of the cheapest theory that holds and
         the numbers to set there, too.
+    threads
+        Threads of the factors of both bodies, at most the number of cores; by default one per 25 thousand unknowns of a
+        body, or the number in OMP_NUM_THREADS.
     """
+    require_finite_elements()
+    code, case = find_code_to_set(set_in, json=json), options.case()
+    with use_factor_threads(threads):
+        solve_asked = _solve_wheelset if wheelset else _solve_case
+        return solve_asked(case, code, json=json, out=out, force=force, long=long)
+
+
+def _solve_case(case: Case, code: VehicleCode | None, *, json: bool, out: Path | None, force: bool, long: bool) -> int:
+    """Solve a case, and print and store its result; exit code 3 unless it is usable."""
     from fecontact.files import format_json
     from fecontact.runs.cost import CASE_FILES_S, estimate_cost
     from fecontact.runs.folder import prepare_for_case
@@ -78,10 +92,6 @@ def solve(
     from fecontact.runs.store import CaseRecords
     from fecontact.solving.solve import solve as solve_case
 
-    require_finite_elements()
-    code, case = find_code_to_set(set_in, json=json), options.case()
-    if wheelset:
-        return _solve_wheelset(case, code, json=json, out=out, force=force, long=long)
     print_notes(describe_unusual_inputs([case]))
     if out is not None:
         prepare_for_case(out, case, force=force)

@@ -22,7 +22,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 from fecontact.arrays import Floats, Integers
 from fecontact.errors import ConvergenceError, InputError
 from fecontact.fe.memory import USABLE_MEMORY, check_memory, factor_bytes
-from fecontact.process import count_cores
+from fecontact.process import count_cores, read_factor_threads
 
 SolverName = Literal["pardiso", "amg"]
 # Function of forces (3n,) in N and a tolerance of the residual, which returns displacements (3n,) in mm.
@@ -134,9 +134,12 @@ def count_factor_threads(unknowns: int) -> int:
     Returns
     -------
     int
-        A thread for each 25 thousand unknowns, at most the cores of this process; 0 leaves the number to MKL, if the
-        environment has a number of threads.
+        The number of `use_factor_threads` if there is one. Otherwise 0, which leaves the number to MKL, if the
+        environment has a number of threads, or a thread for each 25 thousand unknowns, at most the cores of this
+        process.
     """
+    if (threads := read_factor_threads()) is not None:
+        return threads
     if any(name in os.environ for name in ("OMP_NUM_THREADS", "MKL_NUM_THREADS")):
         return 0
     return max(1, min(unknowns // _UNKNOWNS_PER_THREAD, count_cores()))
