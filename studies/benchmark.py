@@ -292,7 +292,7 @@ QUICK_COMMANDS = (
 )
 COMMANDS = (
     *QUICK_COMMANDS,
-    "run {first_light} --quick --out {out}",
+    "run {first_light} --out {out}",
     "solve --shift 5 --load-kn 50",
     "solve --shift 6.3 --load-kn 60",
     "solve --shift 3 --resolution standard",

