@@ -15,6 +15,7 @@ from xml.dom import minidom
 
 import pytest
 from fuzz_fleets import write_fleet, write_rows
+from marks import slow_but
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from pyarrow import parquet
@@ -96,7 +97,7 @@ def wheel(tmp_path, monkeypatch):
     return write
 
 
-@pytest.mark.parametrize("name", VISIBLE, ids=ascii)
+@pytest.mark.parametrize("name", slow_but(VISIBLE, 0, 3, 11), ids=ascii)
 def test_names_are_drawn_and_printed_as_they_are(wheel, name):
     file = wheel(name)
     assert run("profiles", file, "--out", "out/profile.svg")[0] == 0
@@ -106,7 +107,7 @@ def test_names_are_drawn_and_printed_as_they_are(wheel, name):
     assert check_files(Path("out")) == 1
 
 
-@pytest.mark.parametrize("name", [VISIBLE[0], "a$b$c", "<script>alert(1)", "x" * 251], ids=ascii)
+@pytest.mark.parametrize("name", slow_but([VISIBLE[0], "a$b$c", "<script>alert(1)", "x" * 251], 0, 3), ids=ascii)
 def test_a_position_is_drawn_whatever_its_wheel_is_called(wheel, name):
     assert run("place", "--wheel", wheel(name), "--out", "out/place.svg")[0] == 0
     assert check_files(Path("out")) == 1
@@ -167,7 +168,9 @@ def test_a_study_is_written_whatever_it_and_its_folder_are_called(wheel, name):
     assert check_files(Path(out)) + check_files(Path(f"{name}j")) + check_files(Path(f"{name}c")) > 10
 
 
-@pytest.mark.parametrize("name", [VISIBLE[0], "a|b", "=1+1", "\x1b[31m", "a\nb", "a\u202eb\x9b"], ids=ascii)
+@pytest.mark.parametrize(
+    "name", slow_but([VISIBLE[0], "a|b", "=1+1", "\x1b[31m", "a\nb", "a\u202eb\x9b"], 0, 4), ids=ascii
+)
 def test_curves_show_the_name_of_their_vehicle(tmp_path, monkeypatch, name):
     monkeypatch.chdir(tmp_path)
     text = (files("fecontact.features.curves") / "data" / "wheelset.toml").read_text("utf-8")

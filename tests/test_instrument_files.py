@@ -1,11 +1,12 @@
 """Numbers, headers, outlines and formats of instruments and other programs, and remedies that are printed."""
 
 import re
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow_but
 from points import profile_from_points
 
 from fecontact.bodies import Track
@@ -551,9 +552,11 @@ def test_the_two_options_of_a_wheel_of_gensys_are_in_one_refusal(write):
 
 
 # a wheel of one system of axes, unit and origin, as each of four problems or their combination
-@pytest.mark.parametrize("unit", [1.0, 1e-3])
-@pytest.mark.parametrize("signs", [(1, 1), (1, -1), (-1, 1), (-1, -1)])
-@pytest.mark.parametrize("shift_mm", [0.0, 70.0])
+@pytest.mark.parametrize(
+    ("shift_mm", "signs", "unit"),
+    # the fast ones have each problem alone, and all together
+    slow_but(product([0.0, 70.0], [(1, 1), (1, -1), (-1, 1), (-1, -1)], [1.0, 1e-3]), 1, 2, 4, 8, 15),
+)
 def test_all_problems_of_a_wheel_are_named_in_one_refusal(write, capsys, unit, signs, shift_mm):
     path = write("a.csv", rows(moved(wheel_points(), shift_mm) * signs * unit))
     commands = follow_remedies(["profiles", path, "--kind", "wheel", "--json"], capsys)

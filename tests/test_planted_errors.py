@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from marks import slow_but
 
 from fecontact.bodies import STEEL, Material, combine_moduli_MPa
 from fecontact.case import BodySize, Case, Track
@@ -371,7 +372,7 @@ def test_elements_beside_a_near_side_are_not_called_soft():
     assert math.isnan(load.level.compliance_error)
 
 
-@pytest.mark.parametrize("factor", [1.015, 1.03, 1.2])
+@pytest.mark.parametrize("factor", slow_but([1.015, 1.03, 1.2], 0, 2))
 def test_status_or_uncertainty_covers_what_soft_elements_do(position, elliptic_quick, monkeypatch, factor):
     """Elements too soft by a factor, compared with healthy elements.
 

@@ -183,6 +183,12 @@ def loaded_sphere():
     return solve(sphere(2.5))
 
 
+@pytest.fixture(scope="module")
+def quick_sphere():
+    """The loaded sphere on four elements per semi-axis, for tests that compare no number with another code."""
+    return solve(replace(sphere(2.5), resolution="quick"))
+
+
 needs_factors = pytest.mark.skipif(not is_pardiso_available(), reason="minutes by multigrid")
 
 
@@ -213,8 +219,8 @@ def test_a_sphere_at_two_and_a_half_times_its_yield_stress(loaded_sphere):
 
 
 @needs_factors
-def test_the_load_is_balanced_and_every_step_converges(loaded_sphere):
-    yielded = loaded_sphere.load.level.yielded
+def test_the_load_is_balanced_and_every_step_converges(quick_sphere):
+    yielded = quick_sphere.load.level.yielded
     assert yielded.status == "converged"
     assert yielded.nodal.load_balance < 1e-9
     assert yielded.fe.normal_force_N == pytest.approx(FORCE, rel=1e-6)
@@ -254,17 +260,18 @@ def test_other_yield_stresses_that_do_not_converge_are_said(monkeypatch):
 
 
 @needs_factors
-def test_an_unknown_effect_of_the_yield_stress_is_named(loaded_sphere):
+def test_an_unknown_effect_of_the_yield_stress_is_named(quick_sphere):
     """The effect is solved on coarser meshes, which may not yield near first yield."""
-    without_effect = replace(loaded_sphere.load.plastic, band={})
+    without_effect = replace(quick_sphere.load.plastic, band={})
     (note,) = verdict.describe_plasticity(without_effect)
     assert "15 % lower and higher is unknown, because the coarser meshes do not yield" in note
     assert "nan" not in note
-    record = load_record(replace(loaded_sphere.load, plastic=without_effect))
+    record = load_record(replace(quick_sphere.load, plastic=without_effect))
     assert record["plastic"]["step_with_yield_stress_15_percent_lower"] is None
     assert not [table for table in plastic_tables(record) if "Changes" in table.title]
 
 
+@pytest.mark.slow
 @needs_factors
 def test_the_plastic_step_is_within_its_uncertainty(loaded_sphere):
     load = loaded_sphere.load
@@ -317,14 +324,14 @@ def test_the_plastic_step_with_four_elements_per_semi_axis_is_within_its_uncerta
 
 
 @needs_factors
-def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(loaded_sphere):
-    load = loaded_sphere.load
-    assert loaded_sphere.elastic_verdict.answer == load.elastic_verdict.answer == "HOLDS"
-    assert loaded_sphere.verdict.answer == load.verdict.answer == load.plastic.verdict.answer == "FAILS"
+def test_verdicts_of_elastic_and_of_yielding_bodies_stand_side_by_side(quick_sphere):
+    load = quick_sphere.load
+    assert quick_sphere.elastic_verdict.answer == load.elastic_verdict.answer == "HOLDS"
+    assert quick_sphere.verdict.answer == load.verdict.answer == load.plastic.verdict.answer == "FAILS"
     assert load.verdict.cause == "plasticity"
     text = " ".join(load.warnings)
     assert "without shakedown, residual stress, friction and repeated passes" in text
-    record, row = load_record(load), load_row(load, loaded_sphere.placement)
+    record, row = load_record(load), load_row(load, quick_sphere.placement)
     assert "repeated passes" in row["verdict_warnings"]
     assert record["plastic"]["hertz"]["verdict"]["answer"] == row["plastic_hertz_verdict_answer"] == "FAILS"
     assert record["verdict"]["answer"] == row["verdict_answer"] == "FAILS"
@@ -422,15 +429,15 @@ def test_hertz_may_hold_by_cancellation(lobes):
 
 
 @needs_factors
-def test_what_is_stored_is_read_back(loaded_sphere):
+def test_what_is_stored_is_read_back(quick_sphere):
     arrays = {}
-    record = solved_record(loaded_sphere.load.solved, arrays)
-    again = solved_from_record(record, arrays, loaded_sphere.case)
-    for old, new in zip(loaded_sphere.load.solved.levels, again.levels, strict=True):
+    record = solved_record(quick_sphere.load.solved, arrays)
+    again = solved_from_record(record, arrays, quick_sphere.case)
+    for old, new in zip(quick_sphere.load.solved.levels, again.levels, strict=True):
         assert new.yielded.bodies == old.yielded.bodies
         assert new.yielded.path == old.yielded.path
         assert np.array_equal(new.yielded.fe.pressure_MPa, old.yielded.fe.pressure_MPa)
-    assert again.levels[1].yielded.by_band == loaded_sphere.load.solved.levels[1].yielded.by_band
+    assert again.levels[1].yielded.by_band == quick_sphere.load.solved.levels[1].yielded.by_band
 
 
 @needs_factors

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from marks import slow_but
 
 from fecontact.case import Case
 from fecontact.solving.solve import CaseResult, SharedLoads, solve
@@ -21,7 +22,7 @@ def results() -> list[CaseResult]:
     return [shared.sweep.result(load) for load in LOADS_N]
 
 
-@pytest.mark.parametrize("solver", ["auto", "amg"])
+@pytest.mark.parametrize("solver", slow_but(["auto", "amg"], 0))
 def test_a_load_that_is_solved_alone_later_is_the_same_to_the_last_bit(solver):
     # as after a run that was killed behind the first load
     shared = SharedLoads(case=replace(CASE, resolution=(2.0, 1.6), refine="never", solver=solver), loads_N=LOADS_N)

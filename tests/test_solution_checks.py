@@ -132,10 +132,10 @@ def plant_correction(monkeypatch, factor: float) -> None:
     ("case", "factor"),
     [
         pytest.param(ROUND, 0.0, id="left out"),
-        pytest.param(ROUND, 2.0, id="doubled"),
-        pytest.param(ROUND, 0.5, id="half of it"),
+        pytest.param(ROUND, 2.0, id="doubled", marks=pytest.mark.slow),
+        pytest.param(ROUND, 0.5, id="half of it", marks=pytest.mark.slow),
         pytest.param(TWO_PATCHES, 0.0, id="left out, two patches in bands"),
-        pytest.param(YAWED, 2.0, id="doubled, whole bodies"),
+        pytest.param(YAWED, 2.0, id="doubled, whole bodies", marks=pytest.mark.slow),
     ],
 )
 def test_a_wrong_correction_of_the_elements_has_no_verdict(monkeypatch, case, factor):

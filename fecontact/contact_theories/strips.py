@@ -250,9 +250,7 @@ def _peak_pressure(solution: StripSolution) -> float:
 
 
 def _has_narrow_peak(solution: StripSolution) -> bool:
-    """Whether a high lobe has few strips between its peak and its end.
-
-    The end is a valley or an edge.
+    """Whether a high lobe has few strips on a side of its peak.
 
     A lobe is high if its peak is at least `_HIGH_PEAK` of the largest pressure, and it is a lobe if the pressure falls
     by `_LEAST_VALLEY` of this pressure on both sides.

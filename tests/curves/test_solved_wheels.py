@@ -9,6 +9,7 @@ import math
 from dataclasses import replace
 
 import pytest
+from marks import slow_but
 
 import fecontact
 from fecontact.case import Case
@@ -35,7 +36,7 @@ def run(radii=(700.0,), **inputs):
     return fecontact.curve("wheelset", radii, case=Case(**PAIR, **inputs), theories=["strip"])
 
 
-@pytest.mark.parametrize("inclination_rad", [1 / 40, 1 / 20])
+@pytest.mark.parametrize("inclination_rad", slow_but([1 / 40, 1 / 20], 0))
 def test_a_case_has_the_contact_of_the_curve(inclination_rad):
     results = run((1500.0, -900.0), inclination_rad=inclination_rad)
     wheels = list_wheels(results)
@@ -56,7 +57,7 @@ def test_a_case_has_the_contact_of_the_curve(inclination_rad):
             assert contact_angle == pytest.approx(patch.angle_rad, abs=7 / 300)
 
 
-@pytest.mark.parametrize("inclination_rad", [1 / 40, 1 / 20])
+@pytest.mark.parametrize("inclination_rad", slow_but([1 / 40, 1 / 20], 0))
 def test_a_case_has_the_creep_forces_of_the_curve(inclination_rad):
     """Strips of the case with its creepages have the forces that balance the vehicle.
 

@@ -49,6 +49,7 @@ def paste(blocks: list[tuple[str, str]], folder: Path, capsys) -> str:
     return printed
 
 
+@pytest.mark.slow
 def test_files_are_checked_screened_and_settled_as_shown(checkout, capsys):
     end = next(number for number, (_, content) in enumerate(BLOCKS) if "fleet sample" in content)
     printed = paste(BLOCKS[:end], checkout, capsys)

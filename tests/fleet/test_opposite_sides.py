@@ -7,6 +7,7 @@ import duckdb
 import numpy as np
 import pytest
 from inline import inline_crew, stand_ins
+from marks import slow_but
 
 import fecontact
 from fecontact.case import Case, Opposite, make_case_record, read_case_record
@@ -92,7 +93,8 @@ def make_single_row(case):
 
 
 @pytest.mark.parametrize(
-    ("side", "inclination"), [("left", "1:40"), ("right", "1:40"), ("left", "1:20"), ("right", "1:20")]
+    ("side", "inclination"),
+    slow_but([("left", "1:40"), ("right", "1:40"), ("left", "1:20"), ("right", "1:20")], 0, 3),
 )
 def test_screened_rows_are_those_of_single_positions(tmp_path, profiles, side, inclination):
     rails = f"file,name,opposite_rail,inclination\nrail.csv,left,other_rail.csv,{inclination}\n"

@@ -19,6 +19,7 @@ import numpy as np
 import psutil
 import pytest
 from inline import inline_crew, stand_ins
+from marks import slow_but
 
 import fecontact
 from fecontact import Case
@@ -628,7 +629,9 @@ def test_the_origin_of_a_fleet_counts_its_own_sources():
     assert running.find_origin().solved_by["source of fleets"]
 
 
-@pytest.mark.parametrize("error", [KeyError("area_mm2"), TypeError("no such thing"), AttributeError("nothing")])
+@pytest.mark.parametrize(
+    "error", slow_but([KeyError("area_mm2"), TypeError("no such thing"), AttributeError("nothing")], 0)
+)
 def test_an_error_of_the_program_is_no_refusal_of_a_pair(tmp_path, monkeypatch, error):
     def wrong(*arguments):
         raise error
