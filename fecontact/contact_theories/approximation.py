@@ -324,15 +324,12 @@ def theory_contact_from_strips(contact: StripContact) -> TheoryContact:
     """
     patches = []
     for first, last in find_runs(contact.half_length_mm > 0.0):
-        is_in_region = np.zeros(contact.t_mm.size, bool)
-        is_in_region[first : last + 1] = True
-        region = replace(
-            contact,
-            half_length_mm=np.where(is_in_region, contact.half_length_mm, 0.0),
-            centre_pressure_MPa=np.where(is_in_region, contact.centre_pressure_MPa, 0.0),
-        )
+        # with a neighbour to each side, which has no pressure
+        begin = max(first - 1, 0)
+        arrays = ("t_mm", "width_mm", "half_length_mm", "centre_pressure_MPa")
+        region = replace(contact, **{name: getattr(contact, name)[begin : last + 2] for name in arrays})
         force = float(0.5 * np.pi * (region.width_mm * region.half_length_mm) @ region.centre_pressure_MPa)
-        half_length, ends = float(region.half_length_mm.max()), (first, last)
+        half_length, ends = float(region.half_length_mm.max()), (first - begin, last - begin)
         low, high = (
             float(region.t_mm[end] + side * 0.5 * region.width_mm[end])
             for end, side in zip(ends, (-1.0, 1.0), strict=True)

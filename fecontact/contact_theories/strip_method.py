@@ -732,17 +732,13 @@ def _overlapping_spans(line: StripGap, strips: StripSolution) -> list[Span]:
 
     The elastic opening is calculated at few positions only.
     """
-    is_within_reach = line.f < strips.approach
-    half_widths = 0.5 * strips.h
-    next_strips = np.searchsorted(strips.t, line.t)
+    indices = np.flatnonzero(line.f < strips.approach)
+    t, half_widths, next_strips = line.t[indices], 0.5 * strips.h, np.searchsorted(strips.t, line.t[indices])
     left, right = np.maximum(next_strips - 1, 0), np.minimum(next_strips, strips.t.size - 1)
-    is_outside_strips = (
-        np.minimum(
-            np.abs(line.t - strips.t[left]) / half_widths[left], np.abs(line.t - strips.t[right]) / half_widths[right]
-        )
-        > 1.01
+    distances_in_widths = np.minimum(
+        np.abs(t - strips.t[left]) / half_widths[left], np.abs(t - strips.t[right]) / half_widths[right]
     )
-    indices = np.flatnonzero(is_within_reach & is_outside_strips)
+    indices = indices[distances_in_widths > 1.01]
     if indices.size == 0:
         return []
     stride = max(1, indices.size // _OVERLAP_CHECK_POSITIONS)

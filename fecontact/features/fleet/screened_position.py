@@ -223,14 +223,13 @@ def make_position_row(variants: Mapping[str, ScreenedVariant | None]) -> Row:
         if is_judged(label)
     }
     verdict = _find_common_answer(answers)
-    deviations = {
-        name: float(np.mean([variant_deviations[name] for _, variant_deviations, _ in known_judgements]))
-        for name in MEASURE_COLUMNS
-    }
+    variant_deviations = np.array([[values[name] for name in MEASURE_COLUMNS] for _, values, _ in known_judgements])
+    mean_deviations = variant_deviations.mean(axis=0)
+    largest_changes = np.abs(variant_deviations - mean_deviations).max(axis=0)
+    deviations = dict(zip(MEASURE_COLUMNS, mean_deviations.tolist(), strict=True))
     uncertainties = {
-        name: max(abs(variant_deviations[name] - deviations[name]) for _, variant_deviations, _ in known_judgements)
-        + reference.uncertainty.get(name, math.nan)
-        for name in MEASURE_COLUMNS
+        name: change + reference.uncertainty.get(name, math.nan)
+        for name, change in zip(MEASURE_COLUMNS, largest_changes.tolist(), strict=True)
     }
     known_variants = [variant for variant in variants.values() if variant is not None]
     row: Row = {
