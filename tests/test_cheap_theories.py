@@ -437,9 +437,7 @@ def test_fewer_than_twenty_strips_are_refused():
 def test_influence_is_the_integral_over_a_strip():
     # the half-ellipse's opening beside it and its curvature along x, by quadrature with x = a sin(angle)
     q, away = np.array([9.0, 0.25, 4.0]), np.array([0.5, 3.0, 8.0])
-    J, slope, curving, u2 = calculate_influence(
-        q, StripDistances.from_lengths(np.tile(away[:, None], 3)), np.full(3, 0.1)
-    )
+    J, slope, curving, u2 = calculate_influence(q, StripDistances.build(np.tile(away[:, None], 3)), np.full(3, 0.1))
     angle = -0.5 * math.pi + math.pi * (np.arange(20_000) + 0.5) / 20_000
     weight = math.pi / 20_000 * np.cos(angle) ** 2
     for i in range(3):
@@ -452,9 +450,9 @@ def test_influence_is_the_integral_over_a_strip():
             bent = q[j] * (weight * (away[i] ** 2 - 2.0 * x**2) / distance**5).sum()
             assert curving[i, j] == pytest.approx(bent, rel=1e-5)
             assert u2[i, j] == q[j] + away[i] ** 2
-    stretched = calculate_influence(
-        q * (1.0 + 1e-5), StripDistances.from_lengths(np.tile(away[:, None], 3)), np.full(3, 0.1)
-    )[0]
+    stretched = calculate_influence(q * (1.0 + 1e-5), StripDistances.build(np.tile(away[:, None], 3)), np.full(3, 0.1))[
+        0
+    ]
     assert (stretched - J) / (1e-5 * q) == pytest.approx(slope, rel=1e-3)
 
 

@@ -947,7 +947,7 @@ def test_notes_on_the_profiles_are_details(elliptic_quick):
     assert short[0] == full[0] == "geometry of a on b"
     assert [line for line in short if line.startswith("note: ")] == [f"note: {notes[2]}"]
     assert {f"note: {note}" for note in notes} <= set(full)
-    (details,) = [part for part in case_parts(record) if getattr(part, "summary", "") == "Notes on the profiles"]
+    (details,) = [block for block in case_parts(record) if getattr(block, "summary", "") == "Notes on the profiles"]
     assert details.parts == [Items(notes[:2])]
 
 

@@ -94,7 +94,10 @@ def find_analyn_forces(line: GapLine, approaches_mm: Floats) -> Floats:
 
 
 def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
-    """Half lengths (mm) and pressures (MPa) at x = 0 of strips, at an approach or at approaches (k, 1)."""
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips.
+
+    They are at an approach, or at approaches (k, 1).
+    """
     ellipses = line.local_ellipses
     part_t, part_x, integral = ellipses.part_t[positions], ellipses.part_x[positions], ellipses.integral[positions]
     local_approach = np.maximum(approach_mm - line.f_mm[positions] / part_t, 0.0)

@@ -106,7 +106,10 @@ def find_kpec_forces(line: GapLine, approaches_mm: Floats) -> Floats:
 
 
 def _fit_parabolas(line: GapLine, approaches_mm: Floats) -> tuple[Floats, Floats]:
-    """Coefficients B (k,) in 1/mm and middles (k,) in mm of parabolas through the gap at half of each approach."""
+    """Coefficients B (k,) in 1/mm and middles (k,) in mm of parabolas.
+
+    The parabolas go through the gap at half of each approach.
+    """
     f, levels = line.f_mm, _RELATIVE_LEVEL * approaches_mm
     # the smallest gap from either end up to each position falls below the level at the first and last position
     first = f.size - np.minimum.accumulate(f)[::-1].searchsorted(levels)

@@ -299,8 +299,19 @@ class StripDistances:
     root: Floats
 
     @classmethod
-    def from_lengths(cls, distance: Floats) -> StripDistances:
-        """Distances in mm, with any sign, and their roots."""
+    def build(cls, distance: Floats) -> StripDistances:
+        """Absolute distances with their squares and roots.
+
+        Parameters
+        ----------
+        distance : ndarray of any shape
+            Distances in mm, with any sign.
+
+        Returns
+        -------
+        StripDistances
+            Arrays of this shape.
+        """
         length = np.abs(distance)
         return cls(square=length * length, distance=length, root=np.sqrt(length))
 
@@ -439,7 +450,7 @@ class _StripStack:
             f=np.stack(gaps),
             closing=np.stack(closings),
             open_q=open_q,
-            distances=StripDistances.from_lengths(t[:, :, None] - t[:, None, :]),
+            distances=StripDistances.build(t[:, :, None] - t[:, None, :]),
             A=np.array([[line.A] for line in lines]),
             E=np.array([[line.E] for line in lines]),
             force=np.array([[math.nan if load.force is None else load.force] for load in loads]),
@@ -744,7 +755,7 @@ def _overlapping_spans(line: StripGap, strips: StripSolution) -> list[Span]:
     stride = max(1, indices.size // _OVERLAP_CHECK_POSITIONS)
     indices = indices[::stride]
     is_loaded = strips.q > 0.0
-    distances = StripDistances.from_lengths(line.t[indices, None] - strips.t[is_loaded])
+    distances = StripDistances.build(line.t[indices, None] - strips.t[is_loaded])
     _, _, J = _influence_of_distant_strips(strips.q[is_loaded], distances)
     opening = J @ (strips.h * strips.c)[is_loaded] / (np.pi * line.E)
     is_overlapping = opening < line.closing[indices] * (strips.approach * (1.0 - _MIN_OVERLAP) - line.f[indices])

@@ -93,7 +93,10 @@ def find_stripes_forces(line: GapLine, approaches_mm: Floats) -> Floats:
 
 
 def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
-    """Half lengths (mm) and pressures (MPa) at x = 0 of strips, at an approach or at approaches (k, 1)."""
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips.
+
+    They are at an approach, or at approaches (k, 1).
+    """
     ellipses = line.local_ellipses
     depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - line.f_mm[positions], 0.0)
     a = ellipses.axis_ratio[positions] * np.sqrt(depth / np.maximum(line.B_per_mm[positions], MIN_B_PER_MM))
