@@ -134,10 +134,11 @@ def _find_necks(half_length_mm: Floats) -> NDArray[np.bool_]:
 
     A neck is a least half length that is below half of the largest half length on both sides.
     """
-    # the import of scipy.signal takes a fifth of a second
-    from scipy.signal import find_peaks
-
-    necks, properties = find_peaks(-half_length_mm, prominence=0.0)
     is_neck = np.zeros(half_length_mm.size, bool)
-    is_neck[necks[properties["prominences"] > half_length_mm[necks]]] = True
+    slopes = np.sign(np.diff(half_length_mm))
+    for place in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] > 0.0)) + 1:
+        neck_mm = half_length_mm[place]
+        lower = np.flatnonzero(half_length_mm < neck_mm)
+        start, stop = lower[lower < place].max(initial=0), lower[lower > place].min(initial=half_length_mm.size)
+        is_neck[place] = min(half_length_mm[start:place].max(), half_length_mm[place:stop].max()) > 2.0 * neck_mm
     return is_neck

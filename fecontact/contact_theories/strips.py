@@ -9,6 +9,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from fecontact.arrays import Floats, find_runs
+from fecontact.contact.patch import find_ridge_peaks
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
@@ -255,16 +256,15 @@ def _has_narrow_peak(solution: StripSolution) -> bool:
     A lobe is high if its peak is at least `_HIGH_PEAK` of the largest pressure, and it is a lobe if the pressure falls
     by `_LEAST_VALLEY` of this pressure on both sides.
     """
-    # the import of scipy.signal takes a fifth of a second
-    from scipy.signal import find_peaks
-
     ridge = np.concatenate(([0.0], solution.c * np.sqrt(solution.q), [0.0]))
-    peaks, properties = find_peaks(ridge, height=_HIGH_PEAK * ridge.max(), prominence=_LEAST_VALLEY * ridge.max())
-    left, right = properties["left_bases"], properties["right_bases"]
-    edges = np.flatnonzero(ridge == 0.0)
-    for peak, low, high in zip(peaks, left, right, strict=True):
-        first, last = edges[edges < peak].max(), edges[edges > peak].min()
-        if min(peak - max(low, first), min(high, last) - peak) < _LEAST_STRIPS_PER_SIDE:
+    highest = float(ridge.max())
+    peaks, _ = find_ridge_peaks(ridge, _LEAST_VALLEY)
+    for peak in peaks[ridge[peaks] >= _HIGH_PEAK * highest]:
+        # a lobe ends at the lowest place before the next higher strip; of several, at the nearest
+        higher = np.flatnonzero(ridge > ridge[peak])
+        start, stop = higher[higher < peak].max(initial=0), higher[higher > peak].min(initial=ridge.size)
+        strips_left, strips_right = np.argmin(ridge[start : peak + 1][::-1]), np.argmin(ridge[peak:stop])
+        if min(strips_left, strips_right) < _LEAST_STRIPS_PER_SIDE:
             return True
     return False
 
