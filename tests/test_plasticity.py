@@ -185,10 +185,7 @@ def loaded_sphere():
 
 @pytest.fixture(scope="module")
 def quick_sphere():
-    """The loaded sphere on four elements per semi-axis.
-
-    It is for tests that compare no number with another code.
-    """
+    """Loaded sphere on four elements per semi-axis, for tests without a reference."""
     return solve(replace(sphere(2.5), resolution="quick"))
 
 

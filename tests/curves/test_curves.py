@@ -1017,7 +1017,7 @@ def test_where_a_path_ends_is_told_of_each_side_and_drawn_as_a_gap(ends, status,
 
 
 def test_wheels_in_curves_are_positions_of_a_fleet():
-    curves_found = fecontact.curve("manchester", {500.0: 1.0, -500.0: 3.0})
+    curves_found = curves_to_both_sides()
     rows = make_position_rows(curves_found)
     assert sum(row["weight"] for row in rows) == pytest.approx(1.0)
     # a left wheel in a curve to the right is the right wheel in its mirror image
@@ -1042,6 +1042,10 @@ def test_progress_counts_the_curves_to_both_sides_by_all_theories(monkeypatch):
     )
     monkeypatch.setattr(
         "fecontact.features.curves.curve.follow_path", lambda vehicle, lines, curvatures: iter(curvatures)
+    )
+    # straight track has no progress
+    monkeypatch.setattr(
+        "fecontact.features.curves.running._analyse_ride", lambda vehicle, ride: StraightTrack(theory=ride.theory)
     )
     curves_found = fecontact.curve(
         "manchester",
@@ -1099,12 +1103,17 @@ def test_creep_forces_of_a_curve_to_the_other_side_are_mirrored():
                 assert getattr(patch, name) == pytest.approx(getattr(mirrored_patch, name), rel=1e-4, abs=0.1), name
 
 
-def test_python_has_what_the_command_prints():
-    loaded_vehicle = load_vehicle("manchester")
-    assert loaded_vehicle.bogie is not None
-    curves_found = fecontact.curve(
-        loaded_vehicle, {500.0: 1.0, -500.0: 3.0}, conditions=fecontact.Conditions(friction=0.3)
+@cache
+def curves_to_both_sides() -> CurveResults:
+    """Results of `manchester` in curves to both sides."""
+    return fecontact.curve(
+        load_vehicle("manchester"), {500.0: 1.0, -500.0: 3.0}, conditions=fecontact.Conditions(friction=0.3)
     )
+
+
+def test_python_has_what_the_command_prints():
+    loaded_vehicle, curves_found = load_vehicle("manchester"), curves_to_both_sides()
+    assert loaded_vehicle.bogie is not None
     assert curves_found.share == (0.25, 0.75)
     right, left = curves_found.runs["overlap"]
     assert right.wheelsets == run("manchester", (500.0, -500.0))[0].wheelsets
