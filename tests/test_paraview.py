@@ -136,7 +136,7 @@ def test_a_single_case_is_opened_as_well_and_a_folder_without_files_is_refused(s
 
 @pytest.mark.slow
 def test_the_command_that_a_study_names_makes_a_view(tmp_path, capsys):
-    """Command of a study at one shift, with the folder of a case."""
+    """Command of a study at a single shift, with the folder of a case."""
     pair = 'rail = "circle:300"\nwheel = "cylinder:460"\ninclination = "none"\nresolution = "quick"\n'
     (tmp_path / "loads.toml").write_text(pair + "lateral_shift_mm = 0.0\nload_kN = [50.0, 100.0]\n", "utf-8")
     assert call(["run", str(tmp_path / "loads.toml"), "--out", str(tmp_path / "out"), "--workers", "1"]) == 0

@@ -219,7 +219,7 @@ def test_nan_written_as_text_is_no_number(tmp_path, text):
 
 
 def test_a_text_that_a_spreadsheet_would_evaluate_is_guarded_and_read_back(tmp_path):
-    rows = [case_row(rail=text) for text in ("=cmd|' /C calc'!A0@1f", "+1", "-a", "@a", "'=a", "60E1")]
+    rows = [case_row(rail=text) for text in ("=cmd|' /C calc'!A0@1f", "+a", "-a", "@a", "'=a", "60E1")]
     rows = [{**row, "id": str(place)} for place, row in enumerate(rows)]
     folder = write_study(tmp_path / "study", rows)
     with (folder / "study.csv").open(newline="", encoding="utf-8") as file:
