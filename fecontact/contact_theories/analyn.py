@@ -15,7 +15,6 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
-    find_close_positions,
     sum_forces_N,
 )
 from fecontact.errors import check_positive
@@ -69,9 +68,11 @@ def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    a, pressure = _find_strips(line, approach_mm, slice(None))
-    range_notes = [*line.concave_notes(a > 0.0), *_region_notes(line, a)]
-    return build_strip_contact(line, approach_mm, a, pressure, range_notes)
+    half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
+    positions, half_length_there, pressure_there = _find_strips(line, approach_mm)
+    half_length[positions], pressure[positions] = half_length_there, pressure_there
+    range_notes = [*line.concave_notes(half_length > 0.0), *_region_notes(line, half_length)]
+    return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
 
 def find_analyn_forces(line: GapLine, approaches_mm: Floats) -> Floats:
@@ -89,21 +90,20 @@ def find_analyn_forces(line: GapLine, approaches_mm: Floats) -> Floats:
     ndarray of shape (k,)
         Forces in N of the contacts by `solve_analyn`.
     """
-    positions = find_close_positions(line, float(approaches_mm.max()))
-    return sum_forces_N(line, *_find_strips(line, approaches_mm[:, None], positions))
+    _, half_length, pressure = _find_strips(line, approaches_mm[:, None])
+    return sum_forces_N(line, half_length, pressure)
 
 
-def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
-    """Half lengths (mm) and pressures (MPa) at x = 0 of strips.
+def _find_strips(line: GapLine, approach_mm: Floats | float) -> tuple[slice, Floats, Floats]:
+    """Range of strips, their half lengths (mm) and pressures (MPa) at x = 0.
 
-    They are at an approach, or at approaches (k, 1).
+    For an approach, or for approaches (k, 1). All strips in contact are in the range.
     """
-    ellipses = line.local_ellipses
-    part_t, part_x, integral = ellipses.part_t[positions], ellipses.part_x[positions], ellipses.integral[positions]
-    local_approach = np.maximum(approach_mm - line.f_mm[positions] / part_t, 0.0)
-    a = np.sqrt(part_x * local_approach / line.A_per_mm)
+    positions, ellipses = line.find_local_ellipses(float(np.max(approach_mm)))
+    local_approach = np.maximum(approach_mm - line.f_mm[positions] / ellipses.part_t, 0.0)
+    a = np.sqrt(ellipses.part_x * local_approach / line.A_per_mm)
     pressure_shape = np.divide(local_approach, a, out=np.zeros_like(a), where=local_approach > 0.0)
-    return a, line.contact_modulus_MPa * pressure_shape / integral
+    return positions, a, line.contact_modulus_MPa * pressure_shape / ellipses.integral
 
 
 def _region_notes(line: GapLine, half_length_mm: Floats) -> list[str]:

@@ -567,9 +567,10 @@ def _find_newton_step(stack: _StripStack, slope: Floats, weight: Floats, gap: Fl
     """
     number, size = gap.shape
     missing_force = 2.0 * stack.force / (np.pi**2 * stack.E) - np.vecdot(weight * stack.closing, stack.q)[:, None]
-    matrix, right_side = np.zeros((number, size + 1, size + 1)), np.empty((number, size + 1))
+    matrix, right_side = np.empty((number, size + 1, size + 1)), np.empty((number, size + 1))
     np.multiply(slope, weight[:, None, :], out=matrix[:, :size, :size])
     matrix[:, :size, size], matrix[:, size, :size] = -stack.closing, weight * stack.closing
+    matrix[:, size, size] = 0.0
     right_side[:, :size], right_side[:, size:] = -gap, missing_force
     has_equation = np.concatenate(((stack.q > stack.open_q) | (gap < 0.0), np.isfinite(missing_force)), axis=1)
     without = np.nonzero(~has_equation)

@@ -203,6 +203,29 @@ def test_theories_in_coarse_steps_find_the_same_contact():
         assert coarse.patches[0].p_max_MPa == pytest.approx(fine.patches[0].p_max_MPa, rel=1e-6), name
 
 
+@pytest.mark.parametrize(("side", "load_kind", "seed"), [("left", "vertical", 1), ("right", "normal", 2)])
+def test_positions_of_a_pair_have_the_rows_that_they_have_alone(side, load_kind, seed):
+    """All positions of a pair are screened in arrays, at random shifts and loads."""
+    random = np.random.default_rng(seed)
+    wheel, rail = (
+        StoredProfile(body=body, spec=name, reading=Reading(), folder=Path(), labels=())
+        for body, name in (("wheel", "S1002"), ("rail", "60E1"))
+    )
+    shifts = [round(float(shift), 6) for shift in random.uniform(-6.0, 6.0, 3)]
+    positions = tuple((shift, round(float(load), 6)) for shift in shifts for load in random.uniform(30.0, 120.0, 2))
+    case = Case(side=side, load_kind=load_kind, inclination_rad=0.025)
+    pair = screening.ScreeningPair(wheel=wheel, rail=rail, case=case, positions=positions, theory="strip")
+    for position, row in zip(positions, pair.rows(), strict=True):
+        (row_alone,) = replace(pair, positions=(position,)).rows()
+        assert row.keys() == row_alone.keys()
+        for column, value in row.items():
+            # The roll of a wheelset is exact to 1e-12 rad, and columns in percent are small differences.
+            expected = row_alone[column]
+            if isinstance(value, float):
+                expected = pytest.approx(expected, rel=1e-8, abs=1e-7, nan_ok=True)
+            assert value == expected, column
+
+
 def test_kept_lines_are_those_that_were_smoothed_to_the_last_bit(tmp_path):
     files = write_examples(tmp_path)
     for path, body in zip(files, ("rail", "wheel"), strict=True):
