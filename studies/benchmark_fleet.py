@@ -66,7 +66,7 @@ def compare_checkouts(files: str, out: Path, workers: int, repeats: int, checkou
         for name, checkout in checkouts.items():
             cpu[name].append(time_screening(files, out / name, workers, checkout))
     table = concat_tables([parquet.ParquetFile(path).read() for path in (out / "this" / "screen").iterdir()])
-    positions, variants = table.num_rows, sum(filter(None, table["lines"].to_pylist()))
+    positions, variants = table.num_rows, sum(filter(None, table["variants"].to_pylist()))
     for name, seconds in cpu.items():
         shortest = min(seconds)
         print(
