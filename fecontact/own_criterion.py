@@ -402,17 +402,32 @@ def restore_criterion(record: Mapping[str, Any]) -> OwnCriterion:
 
 
 def _find_stored_function(reference: str, source: str) -> tuple[Any, str]:
-    """Function by its reference if its source is equal; else None with the reason."""
+    """Function of an imported module with an equal source; None with the reason if there is none.
+
+    The stored module has precedence. A script has a different module name if it is imported, run, or read by `run`.
+    """
     module_name, _, function_name = reference.partition(":")
-    module = sys.modules.get(module_name)
-    if module is None:
-        # a stored file must not decide which code runs
-        return None, f"module {module_name} is not imported here"
-    function = getattr(module, function_name, None)
-    if not isinstance(function, FunctionType):
+    # only modules that are already imported: a stored file must not decide which code runs
+    stored_module = sys.modules.get(module_name)
+    modules = [*sys.modules.values()] if stored_module is None else [stored_module]
+    functions = [
+        function
+        for module in modules
+        if isinstance(function := getattr(module, "__dict__", {}).get(function_name), FunctionType)
+    ]
+    for function in functions:
+        if _has_source(function, source):
+            return function, ""
+    if stored_module is None:
+        return None, f"no imported module has its function {function_name}"
+    if not functions:
         return None, f"{module_name} has no function {function_name} here"
+    return None, f"{function_name} in {module_name} differs from the stored function"
+
+
+def _has_source(function: FunctionType, source: str) -> bool:
+    """Whether the source text of a function is equal to a text."""
     try:
-        is_equal = inspect.getsource(function) == source
+        return inspect.getsource(function) == source
     except (OSError, TypeError):
-        is_equal = False
-    return (function, "") if is_equal else (None, f"{function_name} in {module_name} differs from the stored function")
+        return False

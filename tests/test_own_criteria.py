@@ -166,6 +166,7 @@ def test_errors_of_the_meshes_are_in_the_uncertainty(deviations, quality, other_
     ("function", "words"),
     [
         (own_functions.failing, "raised IndexError: tuple index out of range"),
+        (own_functions.leaving, "raised SystemExit: 0"),
         (own_functions.undefined, "returned nan"),
         (own_functions.text, "returned 'high'"),
         (own_functions.load_beyond_1_m, "returned 0 for the finite elements"),
@@ -330,9 +331,11 @@ def test_a_criterion_is_pickled_by_reference():
 def test_a_stored_function_is_used_only_if_it_is_equal():
     record = PEAK.record
     assert restore_criterion(record) == PEAK
+    # `run` reads a script under a different name than `import`
+    assert restore_criterion({**record, "function": "fecontact_study_mine:peak"}).function is own_functions.peak
     for change, words in (
         ({"source": "def peak(contact):\n    return 1.0\n"}, "differs from the stored function"),
-        ({"function": "no_module:peak"}, "module no_module is not imported here"),
+        ({"function": "no_module:absent"}, "no imported module has its function absent"),
         ({"function": "own_functions:none"}, "has no function none"),
     ):
         restored = restore_criterion({**record, **change})
@@ -357,7 +360,7 @@ def test_a_stored_record_imports_no_module(tmp_path):
 
 
 def test_an_unavailable_function_leaves_the_verdict_open(exact):
-    restored = restore_criterion({**PEAK.record, "function": "no_module:peak"})
+    restored = restore_criterion({**PEAK.record, "function": "no_module:absent"})
     load = judged_by(exact, Criteria(own=restored))
     assert load.verdict.answer == "UNRESOLVED"
     assert load.verdict.unknown == (PEAK.key,)
@@ -430,10 +433,11 @@ def test_a_study_with_workers_is_resumed_and_judged(tmp_path):
     values = [float(row["fe_own_mean_pressure_in_MPa"]) for row in (rows[0], doubled[0])]
     assert values[1] == pytest.approx(2.0 * values[0])
     # no process but the script's knows the function
-    process = run_python(tmp_path, "-m", "fecontact", "judge", "out", "--p-max-percent", "3")
+    process = run_python(tmp_path, "-m", "fecontact", "judge", "out", "--p-max-percent", "3", "--out", "judged")
     assert process.returncode == 3
+    assert "mean pressure (MPa)" in (tmp_path / "judged" / "report.html").read_text("utf-8")
     assert (
-        "own criterion mean_pressure is not judged: module fecontact_study_mine is not imported here" in process.stderr
+        "own criterion mean_pressure is not judged: no imported module has its function mean_pressure" in process.stderr
     )
     assert "UNRESOLVED" in process.stdout
     code = (
@@ -494,8 +498,9 @@ def test_a_map_shows_an_own_criterion(tmp_path):
     assert "limit ±10 % mean_pressure" in process.stdout
     # the command does not import the module, and the measure stays open
     words = ("-m", "fecontact", "judge", "out", "--measure", "own_mean_pressure")
-    process = run_python(tmp_path, *words)
+    process = run_python(tmp_path, *words, "--out", "judged")
     assert process.returncode == 3
+    assert (tmp_path / "judged" / "report.html").is_file()
     assert "own criterion mean_pressure is not judged" in process.stderr
     process = run_python(tmp_path, *words[:-1], "own_other")
     assert "allowed: pressure, theory, force, own_mean_pressure" in process.stderr

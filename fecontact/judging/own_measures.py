@@ -324,7 +324,8 @@ class OwnMeasures:
             returned = function(contact)
         except MemoryError:
             raise
-        except Exception as error:
+        # a function that calls sys.exit must not end a study of many cases
+        except (Exception, SystemExit) as error:
             raise InputError(f"{subject} raised {type(error).__name__}: {error} for {where}; correct it") from error
         try:
             value = float(returned)

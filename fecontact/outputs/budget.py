@@ -21,7 +21,12 @@ def budget_table(record: TableRecord) -> Table:
     Table
         A row for each contribution that is not zero everywhere, and their sum; a column for each judged measure.
     """
-    budgets = {name: record["uncertainty_budget"][name] for name in record["verdict"]["each"]}
+    # a criterion of a user without its function has no contributions
+    budgets = {
+        name: record["uncertainty_budget"][name]
+        for name in record["verdict"]["each"]
+        if name in record["uncertainty_budget"]
+    }
     contributions = [name for name in CONTRIBUTION_WORDS if any(budget[name] for budget in budgets.values())]
     rows = [
         TableRow(

@@ -285,6 +285,9 @@ def _case_text(record: TableRecord, placement: Placement, fields: PressureFields
     for name, answer in hertz["verdict"]["each"].items():
         words = MEASURE_WORDS[name]
         head = f"{words.short} {words.unit}" if name in MEASURES else words.short
+        if name not in hertz["deviation"]:
+            lines.append(f"{head:<10} {'not judged':>31} {answer}")
+            continue
         values = (f"{measures[name]:.4g}" if name in MEASURES else "" for measures in (fe, hertz))
         deviation, uncertainty = (
             words.deviation_text(hertz["deviation"][name]),
