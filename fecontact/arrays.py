@@ -1,4 +1,4 @@
-"""Type aliases of NumPy arrays, and runs of true values in a mask."""
+"""Type aliases of NumPy arrays, and searches in masks and values."""
 
 from typing import TypeAlias
 
@@ -38,3 +38,32 @@ def find_runs(is_selected: Bools) -> list[tuple[int, int]]:
     breaks = np.flatnonzero(indices[1:] - indices[:-1] > 1)
     firsts, lasts = (indices[0], *indices[breaks + 1]), (*indices[breaks], indices[-1])
     return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]
+
+
+def find_range_below(values: Floats, index: int) -> tuple[int, int]:
+    """Range around a value without any larger value.
+
+    Parameters
+    ----------
+    values : ndarray of shape (n,)
+        Values.
+    index
+        Index of the value.
+
+    Returns
+    -------
+    int, int
+        First index of the range, and the index after its end.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from fecontact.arrays import find_range_below
+    >>> find_range_below(np.array([3.0, 0.0, 2.0, 1.0, 2.0, 4.0]), 2)
+    (1, 5)
+    """
+    larger = np.flatnonzero(values > values[index])
+    next_larger = int(np.searchsorted(larger, index))
+    start = int(larger[next_larger - 1]) + 1 if next_larger else 0
+    stop = int(larger[next_larger]) if next_larger < larger.size else values.size
+    return start, stop

@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.arrays import Floats
+from fecontact.arrays import Floats, find_range_below
 from fecontact.contact.grid import Field
 
 # Number of nodes that a continuation uses.
@@ -352,10 +352,7 @@ def _prominence(ridge: Floats, peak: int) -> float:
     heights. It equals the result of scipy.signal.peak_prominences, but the import of scipy.signal takes longer than all
     other work before a mesh.
     """
-    higher = np.flatnonzero(ridge > ridge[peak])
-    next_higher = int(np.searchsorted(higher, peak))
-    start = int(higher[next_higher - 1]) + 1 if next_higher else 0
-    stop = int(higher[next_higher]) if next_higher < higher.size else ridge.size
+    start, stop = find_range_below(ridge, peak)
     return float(ridge[peak] - max(ridge[start : peak + 1].min(), ridge[peak:stop].min()))
 
 

@@ -10,11 +10,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from fecontact.arrays import Floats, find_runs
+from fecontact.arrays import Floats, find_range_below, find_runs
 from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
+    find_close_positions,
     sum_forces_N,
 )
 from fecontact.errors import check_positive
@@ -68,9 +69,7 @@ def solve_analyn(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
-    positions, half_length_there, pressure_there = _find_strips(line, approach_mm)
-    half_length[positions], pressure[positions] = half_length_there, pressure_there
+    half_length, pressure = _find_strips(line, approach_mm, slice(None))
     range_notes = [*line.concave_notes(half_length > 0.0), *_region_notes(line, half_length)]
     return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
@@ -90,20 +89,20 @@ def find_analyn_forces(line: GapLine, approaches_mm: Floats) -> Floats:
     ndarray of shape (k,)
         Forces in N of the contacts by `solve_analyn`.
     """
-    _, half_length, pressure = _find_strips(line, approaches_mm[:, None])
-    return sum_forces_N(line, half_length, pressure)
+    positions = find_close_positions(line, float(approaches_mm.max()))
+    return sum_forces_N(line, *_find_strips(line, approaches_mm[:, None], positions))
 
 
-def _find_strips(line: GapLine, approach_mm: Floats | float) -> tuple[slice, Floats, Floats]:
-    """Range of strips, their half lengths (mm) and pressures (MPa) at x = 0.
+def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips.
 
-    For an approach, or for approaches (k, 1). All strips in contact are in the range.
+    They are at an approach, or at approaches (k, 1).
     """
-    positions, ellipses = line.find_local_ellipses(float(np.max(approach_mm)))
-    local_approach = np.maximum(approach_mm - line.f_mm[positions] / ellipses.part_t, 0.0)
-    a = np.sqrt(ellipses.part_x * local_approach / line.A_per_mm)
+    ellipses = line.local_ellipses
+    local_approach = np.maximum(approach_mm - line.f_mm[positions] / ellipses.part_t[positions], 0.0)
+    a = np.sqrt(ellipses.part_x[positions] * local_approach / line.A_per_mm)
     pressure_shape = np.divide(local_approach, a, out=np.zeros_like(a), where=local_approach > 0.0)
-    return positions, a, line.contact_modulus_MPa * pressure_shape / ellipses.integral
+    return a, line.contact_modulus_MPa * pressure_shape / ellipses.integral[positions]
 
 
 def _region_notes(line: GapLine, half_length_mm: Floats) -> list[str]:
@@ -137,8 +136,7 @@ def _find_necks(half_length_mm: Floats) -> NDArray[np.bool_]:
     is_neck = np.zeros(half_length_mm.size, bool)
     slopes = np.sign(np.diff(half_length_mm))
     for place in np.flatnonzero((slopes[:-1] < 0.0) & (slopes[1:] > 0.0)) + 1:
-        neck_mm = half_length_mm[place]
-        lower = np.flatnonzero(half_length_mm < neck_mm)
-        start, stop = lower[lower < place].max(initial=0), lower[lower > place].min(initial=half_length_mm.size)
-        is_neck[place] = min(half_length_mm[start:place].max(), half_length_mm[place:stop].max()) > 2.0 * neck_mm
+        start, stop = find_range_below(-half_length_mm, int(place))
+        largest_on_sides = half_length_mm[start:place].max(), half_length_mm[place:stop].max()
+        is_neck[place] = min(largest_on_sides) > 2.0 * half_length_mm[place]
     return is_neck

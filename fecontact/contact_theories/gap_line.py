@@ -131,34 +131,13 @@ class GapLine:
         """Index of the contact point, the position of the smallest gap."""
         return int(np.argmin(self.f_mm))
 
-    def find_local_ellipses(self, gap_mm: float) -> tuple[slice, EllipseShape]:
-        """Shapes of Hertz's ellipses for the curvatures at positions with a small gap.
+    @cached_property
+    def local_ellipses(self) -> EllipseShape:
+        """Shape (n,) of Hertz's ellipse for the curvature at each position.
 
         The curvature is at least `MIN_B_PER_MM`, also at flat and concave positions.
-
-        Parameters
-        ----------
-        gap_mm
-            Gap in mm below which all positions are included, > 0.
-
-        Returns
-        -------
-        slice, EllipseShape
-            Range of the positions, and the shapes (m,) there. The range may be wider than necessary: it is calculated
-            once for the largest gap.
         """
-        for largest_gap, positions, shapes in self._local_ellipses:
-            if gap_mm <= largest_gap:
-                return positions, shapes
-        positions = find_close_positions(self, gap_mm)
-        shapes = calculate_ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm[positions], MIN_B_PER_MM))
-        self._local_ellipses[:] = [(gap_mm, positions, shapes)]
-        return positions, shapes
-
-    @cached_property
-    def _local_ellipses(self) -> list[tuple[float, slice, EllipseShape]]:
-        """Last result of `find_local_ellipses` with its gap."""
-        return []
+        return calculate_ellipse_shape(self.A_per_mm, np.maximum(self.B_per_mm, MIN_B_PER_MM))
 
     def concave_notes(self, is_in_contact: NDArray[np.bool_]) -> list[str]:
         """Note on flat or concave positions, for theories of local ellipses.

@@ -630,8 +630,7 @@ def _find_spring_approach(line: StripGap, overlap_mm2: float) -> float:
     """Approach d at which the springs have a given force.
 
     The overlaps d / 2 - f, times their widths, have the given sum. The approach is at most twice the largest gap. The
-    sum is convex in d with straight pieces, so that Newton steps from a larger
-    approach end at the exact solution.
+    sum is convex in d with straight pieces, so that Newton steps from a larger approach end at the exact solution.
     """
     approach, f, widths = 2.0 * float(line.f.max()), line.f, np.gradient(line.t)
     while True:

@@ -13,6 +13,7 @@ from fecontact.contact_theories.gap_line import (
     GapLine,
     StripContact,
     build_strip_contact,
+    find_close_positions,
     sum_forces_N,
 )
 from fecontact.errors import check_positive
@@ -67,9 +68,7 @@ def solve_stripes(line: GapLine, approach_mm: float) -> StripContact:
     2.0
     """
     check_positive("approach", approach_mm, "mm", "give the displacement of the bodies towards each other")
-    half_length, pressure = np.zeros_like(line.t_mm), np.zeros_like(line.t_mm)
-    positions, half_length_there, pressure_there = _find_strips(line, approach_mm)
-    half_length[positions], pressure[positions] = half_length_there, pressure_there
+    half_length, pressure = _find_strips(line, approach_mm, slice(None))
     range_notes = line.concave_notes(half_length > 0.0) or _overlap_notes(line, approach_mm)
     return build_strip_contact(line, approach_mm, half_length, pressure, range_notes)
 
@@ -89,21 +88,20 @@ def find_stripes_forces(line: GapLine, approaches_mm: Floats) -> Floats:
     ndarray of shape (k,)
         Forces in N of the contacts by `solve_stripes`.
     """
-    _, half_length, pressure = _find_strips(line, approaches_mm[:, None])
-    return sum_forces_N(line, half_length, pressure)
+    positions = find_close_positions(line, float(approaches_mm.max()))
+    return sum_forces_N(line, *_find_strips(line, approaches_mm[:, None], positions))
 
 
-def _find_strips(line: GapLine, approach_mm: Floats | float) -> tuple[slice, Floats, Floats]:
-    """Range of strips, their half lengths (mm) and pressures (MPa) at x = 0.
+def _find_strips(line: GapLine, approach_mm: Floats | float, positions: slice) -> tuple[Floats, Floats]:
+    """Half lengths (mm) and pressures (MPa) at x = 0 of strips.
 
-    For an approach, or for approaches (k, 1). All strips in contact are in the range.
+    They are at an approach, or at approaches (k, 1).
     """
-    positions, ellipses = line.find_local_ellipses(float(np.max(approach_mm)))
-    touch_part_t = float(ellipses.part_t[line.touch - positions.start])
-    depth = np.maximum(touch_part_t * approach_mm - line.f_mm[positions], 0.0)
-    a = ellipses.axis_ratio * np.sqrt(depth / np.maximum(line.B_per_mm[positions], MIN_B_PER_MM))
+    ellipses = line.local_ellipses
+    depth = np.maximum(float(ellipses.part_t[line.touch]) * approach_mm - line.f_mm[positions], 0.0)
+    a = ellipses.axis_ratio[positions] * np.sqrt(depth / np.maximum(line.B_per_mm[positions], MIN_B_PER_MM))
     pressure_shape = np.divide(depth, a, out=np.zeros_like(a), where=depth > 0.0)
-    return positions, a, line.contact_modulus_MPa * pressure_shape / (ellipses.integral * ellipses.part_t)
+    return a, line.contact_modulus_MPa * pressure_shape / (ellipses.integral * ellipses.part_t)[positions]
 
 
 def _overlap_notes(line: GapLine, approach_mm: float) -> list[str]:

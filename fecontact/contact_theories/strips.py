@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from fecontact.arrays import Floats, find_runs
+from fecontact.arrays import Floats, find_range_below, find_runs
 from fecontact.contact.patch import find_ridge_peaks
 from fecontact.contact_theories.gap_line import (
     GapLine,
@@ -261,8 +261,7 @@ def _has_narrow_peak(solution: StripSolution) -> bool:
     peaks, _ = find_ridge_peaks(ridge, _LEAST_VALLEY)
     for peak in peaks[ridge[peaks] >= _HIGH_PEAK * highest]:
         # a lobe ends at the lowest place before the next higher strip; of several, at the nearest
-        higher = np.flatnonzero(ridge > ridge[peak])
-        start, stop = higher[higher < peak].max(initial=0), higher[higher > peak].min(initial=ridge.size)
+        start, stop = find_range_below(ridge, int(peak))
         strips_left, strips_right = np.argmin(ridge[start : peak + 1][::-1]), np.argmin(ridge[peak:stop])
         if min(strips_left, strips_right) < _LEAST_STRIPS_PER_SIDE:
             return True
