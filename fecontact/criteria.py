@@ -69,8 +69,8 @@ class Criteria:
     judged_by
         Measures by the names of the fields here, or sets of measures: `strength` for the stress below the surface,
         which follows the peak; `patch` for creep forces and wear, which use the axes and the place of the ellipse;
-        `all` for users who take the ellipse for the contact patch. `own` for `own`
-        alone.
+        `all` for users who take the ellipse for the contact patch. The measures of `own` always decide; with `own`
+        here they decide alone.
     theories_out_of_range
         Whether theories outside their range are included in the choice of the cheapest theory that holds.
 

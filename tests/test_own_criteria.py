@@ -504,6 +504,12 @@ def test_a_map_shows_an_own_criterion(tmp_path):
     assert "own criterion mean_pressure is not judged" in process.stderr
     process = run_python(tmp_path, *words[:-1], "own_other")
     assert "allowed: pressure, theory, force, own_mean_pressure" in process.stderr
+    # a map without the criterion has no picture of it, and pictures of somebody else stay
+    (tmp_path / "judged" / "map_own_notes.png").touch()
+    code = "import fecontact; fecontact.judge('out', fecontact.Criteria(own=()), out='judged')"
+    process = run_python(tmp_path, "-c", code)
+    assert process.returncode == 0, process.stderr
+    assert [path.name for path in (tmp_path / "judged").glob("map_own_*")] == ["map_own_notes.png"]
 
 
 @pytest.mark.slow

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from fecontact.contact_theories.registry import HERTZ, THEORIES
+from fecontact.errors import InputError
 from fecontact.feature_registry import load_offers
-from fecontact.files import write_sealed
+from fecontact.files import is_file_name, read_json, write_sealed
 from fecontact.maps.model import ApplicabilityMap
 from fecontact.maps.picture import save_map_figure
 from fecontact.maps.telling import build_contact_row, build_law_row, build_stiffness_rows
@@ -52,6 +53,7 @@ def write_map(
     drawn
         Whether pictures are drawn.
     """
+    former_own_names = _list_former_own(out / f"{name}.json")
     write_csv(map_result.rows(), out / f"{name}.csv")
     if name == "map":
         _write_contacts(map_result, out)
@@ -59,7 +61,7 @@ def write_map(
     maps_with_results = [single_map for single_map in list_maps(map_result) if single_map.positions]
     if not (drawn and maps_with_results):
         return
-    _remove_pictures(out, name, has_yaws=isinstance(map_result, YawMap))
+    _remove_pictures(out, name, former_own_names, has_yaws=isinstance(map_result, YawMap))
     law_rows: dict[str, list[Record]] = {}
     for single_map in maps_with_results:
         stem = f"{name}_yaw_{format_yaw(single_map.yaw_mrad)}mrad" if isinstance(map_result, YawMap) else name
@@ -101,8 +103,21 @@ def _add_yaw(rows: list[Record], map_result: MapResult, single_map: Applicabilit
     return [add_yaw_column(row, single_map.case) for row in rows] if isinstance(map_result, YawMap) else rows
 
 
-def _remove_pictures(out: Path, name: str, *, has_yaws: bool) -> None:
-    """Remove earlier pictures of another friction, of other theories and of other yaws.
+def _list_former_own(path: Path) -> list[str]:
+    """Names of the pictures of a user's criteria in an earlier map.
+
+    They are from its JSON file; without such a file there are none.
+    """
+    try:
+        own_criteria = read_json(path)["criteria"]["own"]
+        picture_names = [f"own_{criterion['name']}" for criterion in own_criteria]
+    except (InputError, LookupError, TypeError):
+        return []
+    return [picture_name for picture_name in picture_names if is_file_name(picture_name)]
+
+
+def _remove_pictures(out: Path, name: str, former_own_names: Sequence[str], *, has_yaws: bool) -> None:
+    """Remove earlier pictures of other inputs: friction, theories, criteria and yaws.
 
     They would not belong to this map. With yaws, the picture of Hertz without a yaw in its name goes too.
     """
@@ -111,5 +126,6 @@ def _remove_pictures(out: Path, name: str, *, has_yaws: bool) -> None:
         for ending in ("png", "svg", *["csv"] * bool(former_name)):
             (out / f"{name}{former_name}.{ending}").unlink(missing_ok=True)
     for ending in ("png", "svg"):
-        for path in (*out.glob(f"{name}_yaw_*mrad*.{ending}"), *out.glob(f"{name}_own_*.{ending}")):
+        own_pictures = (out / f"{name}_{own_name}.{ending}" for own_name in former_own_names)
+        for path in (*out.glob(f"{name}_yaw_*mrad*.{ending}"), *own_pictures):
             path.unlink(missing_ok=True)

@@ -26,7 +26,7 @@ from fecontact.maps.yaw_records import YAW_MAP_SCHEMA, build_result_record
 from fecontact.outputs.parts import Part
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import name_position_folder, read_position
-from fecontact.runs.store import collect_stored_own, read_solution, read_stored_case, refuse_changed_files
+from fecontact.runs.store import read_solution, read_stored_case, refuse_changed_files
 from fecontact.runs.stored_folder import describe_unusable_result, read_sealed_document
 
 OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
@@ -243,8 +243,8 @@ def read_map(
             if (problem := describe_unusable_result(position_path))
         }
         usable = {place: position_path for place, position_path in folders.items() if place not in problems}
-        criteria = _find_functions([*usable.values()], criteria)
-        read_folder = partial(_try_position, criteria=criteria, creep=creep, dear=dear)
+        position_criteria = _find_functions(next(iter(usable.values()), None), criteria)
+        read_folder = partial(_try_position, criteria=position_criteria, creep=creep, dear=dear)
         with judges(len(usable)) as map_over:
             judged_positions = report_progress(map_over(read_folder, usable.values()), len(usable), progress, "judging")
             results: dict[_Place, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
@@ -258,7 +258,7 @@ def read_map(
         base_case = replace(
             stored_base_case,
             lateral_shift_mm=0.0,
-            criteria=stored_base_case.criteria if criteria is None else criteria,
+            criteria=position_criteria or stored_base_case.criteria,
             creep=creep or stored_base_case.creep,
         )
         maps = tuple(
@@ -279,16 +279,17 @@ def read_map(
         return map_result, {str(folders[place]): problem for place, problem in problems.items()}
 
 
-def _find_functions(folders: Sequence[Path], criteria: Criteria | None) -> Criteria | None:
-    """Criteria, and the functions of stored criteria of a user.
+def _find_functions(folder: Path | None, criteria: Criteria | None) -> Criteria | None:
+    """Criteria, and the functions of the stored criteria of a user; None for the stored criteria without a function.
 
-    Workers have not imported the modules of these functions. None stays without own criteria.
+    Workers have not imported the modules of these functions. All positions of a map have the criteria of the first.
     """
-    collected = collect_stored_own(folders, criteria or Criteria())
-    if criteria is not None or not collected.own:
-        return criteria if criteria is None else collected
-    first = folders[0]
-    return replace(read_stored_case(first, read_solution(first)["case"]).criteria, own=collected.own)
+    if folder is None:
+        return criteria
+    stored = read_stored_case(folder, read_solution(folder)["case"]).criteria
+    if criteria is None:
+        return stored if stored.own else None
+    return criteria.keep_stored_own(stored)
 
 
 def _try_position(folder: Path, **settings: Any) -> MapPosition | str:

@@ -471,7 +471,7 @@ def write_irregular_report(record: TableRecord, picture: Path, out: Path) -> Pat
     record
         Record of models on an irregularity.
     picture
-        Picture of the record, as PNG beside an SVG.
+        PNG of the record; an SVG has the same name.
     out
         Folder of the results.
 
