@@ -65,7 +65,7 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.study_report import parts_of_rows
-from fecontact.outputs.style import blank_figure
+from fecontact.outputs.style import SERIES_COLOURS, blank_figure, series_style
 from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
@@ -1433,9 +1433,14 @@ def luminance(colour: str) -> float:
     return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
 
+def test_series_of_a_picture_have_different_styles():
+    styles = {tuple(series_style(number).values()) for number in range(3 * len(SERIES_COLOURS))}
+    assert len(styles) == 3 * len(SERIES_COLOURS)
+
+
 def test_verdicts_are_told_apart_in_grey():
     from fecontact.outputs.figures.study import ANSWER_MARKS
-    from fecontact.outputs.style import ANSWER_COLOURS, SERIES_COLOURS
+    from fecontact.outputs.style import ANSWER_COLOURS
 
     levels = sorted(luminance(ANSWER_COLOURS[answer]) for answer in ("HOLDS", "UNRESOLVED", "FAILS"))
     # relative steps (Weber) above 40 %: many times the smallest step that the eye can distinguish (2 %)

@@ -78,7 +78,8 @@ ANSWER_WORDS = {
 }
 SERIES_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#000000", "#999999")
 """Colours of series. Series have different marks as well."""
-SERIES_MARKS = "os^DvP*X"
+# one mark more than colours, so that a ninth series, such as a measure of a user, differs from the first
+SERIES_MARKS = "os^DvP*Xp"
 SIDE_LABELS = "gauge side ←            → field side"
 
 
