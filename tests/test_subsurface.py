@@ -156,7 +156,7 @@ def test_a_peak_below_a_shallow_block_is_found_all_the_same(
 
 @pytest.mark.parametrize("j", [0, 1, 5, 9, 10])
 def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
-    """Cubics among the nodes are exact for a linear stress.
+    """The spline through the nodes is exact for a linear stress.
 
     This includes the stress below the first and the last node.
     """
@@ -168,3 +168,21 @@ def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
     depth, stress = _values_below_block(mesh, 1, j, 100.0 - 7.0 * points[:, 2] + 3.0 * points[:, 1])
     np.testing.assert_allclose(depth[:2], (0.6, 0.8), rtol=1e-12)
     np.testing.assert_allclose(stress, 100.0 + 7.0 * depth + 3.0 * y[5 + j, 0], rtol=1e-9)
+
+
+def test_the_last_digits_of_the_nodes_do_not_move_the_peak_below_a_shallow_block():
+    """Nodes of a regular mesh are on circles, so that a triangulation would depend on rounding."""
+    y, z = np.meshgrid(np.linspace(-4.0, 4.0, 17), np.linspace(0.0, -6.0, 13), indexing="ij")
+    points = np.tile(np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3), (2, 1))
+    points[y.size :, 0] = 1.0
+    points @= np.array([[1.0, 0.0, 0.0], [0.0, 0.8, 0.6], [0.0, -0.6, 0.8]])
+    block_nodes = np.arange(2 * y.size).reshape(2, 17, 13)[:, 4:13, :3]
+    stress = np.zeros((len(points), 6))
+    stress[:, 0] = np.tile(np.exp(-((z + 1.7) ** 2) - 0.3 * (y - 0.5) ** 2).ravel(), 2)
+    peaks = [
+        find_stress_peak(SimpleNamespace(points=points + noise_mm, block_nodes=block_nodes), stress)
+        for noise_mm in (0.0, *(1e-13 * np.random.default_rng(seed).standard_normal(points.shape) for seed in range(5)))
+    ]
+    depths, sizes = np.array([[peak.depth_mm, peak.von_mises_MPa] for peak in peaks]).T
+    assert np.ptp(depths) < 1e-9
+    assert np.ptp(sizes) < 1e-9

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CloughTocher2DInterpolator, CubicSpline
+from scipy.interpolate import CubicSpline, RBFInterpolator
 from scipy.sparse import csc_matrix
 
 from fecontact.arrays import Floats, Integers
@@ -164,8 +164,9 @@ def find_stress_peak(mesh: BodyMesh, stress: Floats) -> StressPeak:
 def _values_below_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple[Floats, Floats]:
     """Depths and nodal values below a column (i, j) of the block.
 
-    They extend down to half the zone's width. Values are interpolated by piecewise cubics (Clough and Tocher) among the
-    nodes of the cross-section.
+    They extend down to half the zone's width. Values are interpolated by a thin-plate spline through the nodes of the
+    cross-section. Interpolation on triangles depends on the last digits of the nodes: the corners of a rectangle are on
+    a circle, so that either diagonal may divide it. At a switch tongue this changed the depth of the peak by 1.1 %.
     """
     # Nodes are numbered cross-section by cross-section.
     count = int(mesh.block_nodes[1, 0, 0] - mesh.block_nodes[0, 0, 0])
@@ -181,12 +182,12 @@ def _values_below_block(mesh: BodyMesh, i: int, j: int, values: Floats) -> tuple
     reach = 0.5 * float(np.linalg.norm(row[-1] - row[0]))
     near = np.all(np.abs(section) < 2.0 * reach, axis=1)
     step = depths[-1] - depths[-2]
-    new_depths = np.arange(depths[-1] + step, max(reach, depths[-1] + 3.0 * step), step)
-    new_values = CloughTocher2DInterpolator(section[near], values[first : first + count][near])(
-        new_depths, 0.0 * new_depths
-    )
-    inside = np.isfinite(new_values)
-    return new_depths[inside], new_values[inside]
+    steps = max(3, round((reach - depths[-1]) / step))
+    new_depths = depths[-1] + step * np.arange(1, steps + 1)
+    # A thin body ends above half the zone's width; a spline must not be used beyond its nodes.
+    new_depths = new_depths[new_depths <= section[near, 0].max()]
+    spline = RBFInterpolator(section[near], values[first : first + count][near], kernel="thin_plate_spline")
+    return new_depths, spline(np.column_stack([new_depths, np.zeros_like(new_depths)]))
 
 
 def find_peak(depth_mm: Floats, values: Floats) -> tuple[float, float]:
