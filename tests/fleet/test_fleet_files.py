@@ -16,8 +16,11 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.examples import write_fleet
 from fecontact.features.fleet.model import normalise_weights, read_fleet
-from fecontact.features.fleet.population import find_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.paired_profiles import read_paired_profiles
+from fecontact.features.fleet.population import Candidate, find_candidates, list_all_pairs
+from fecontact.features.fleet.profile_files import ReadProfile
 from fecontact.features.fleet.report import write_report
+from fecontact.jobs.workers import WorkersLost
 from fecontact.profiles.examples import write_examples
 
 FLEET = """
@@ -39,15 +42,43 @@ def written(folder, text=FLEET, wheels="file,weight\nS1002,3\nEN13715_1in40,1\n"
     return folder / "fleet.toml"
 
 
+def make_candidates(wheels, rails):
+    """Candidates from the weights of wheels and rails by name."""
+    return [
+        Candidate(body=body, name=name, spec=name, weight=weight)
+        for body, weights in (("wheel", wheels), ("rail", rails))
+        for name, weight in weights.items()
+    ]
+
+
+def read_with_statuses(statuses, names=None):
+    """Reader without files: the status is `read` if it is not given; the names are added to a list."""
+
+    def read(candidates):
+        if names is not None:
+            names.extend(candidate.name for candidate in candidates)
+        return [
+            ReadProfile(
+                candidate=candidate,
+                record={"status": statuses.get(candidate.name, "read"), "reason": "given", "remedy": "none"},
+            )
+            for candidate in candidates
+        ]
+
+    return read
+
+
 def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     (tmp_path / "pairs.csv").write_text("wheel,rail,weight\na,x,1\na,y,2\nb,x,1\nlost,x,9\n")
     text = FLEET + '[pairs]\ntable = "pairs.csv"\n'
     fleet = read_fleet(written(tmp_path, text))
     assert fleet.positions == {(0.0, 60.0): 0.75, (2.0, 60.0): 0.25}
-    names = {"wheel a", "wheel b", "wheel lost", "rail x", "rail y"}
-    pairs = weigh_candidate_pairs(fleet, {"a": 2.0, "b": 6.0}, {"x": 1.0, "y": 1.0}, names)
+    candidates = make_candidates({"a": 2.0, "b": 6.0, "lost": 1.0, "unlisted": 5.0}, {"x": 1.0, "y": 1.0})
+    paired = read_paired_profiles(fleet, candidates, read_with_statuses({"lost": "refused"}))
+    statuses = {profile.candidate.name: profile.record["status"] for profile in paired.profiles}
+    assert statuses == {"a": "read", "b": "read", "lost": "refused", "unlisted": "unused", "x": "read", "y": "read"}
     # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
-    assert pairs == {
+    assert paired.pairs == {
         ("a", "x"): pytest.approx(2 / 12),
         ("a", "y"): pytest.approx(4 / 12),
         ("b", "x"): pytest.approx(0.5),
@@ -100,12 +131,60 @@ def test_positions_that_cannot_be_are_refused_with_their_value(tmp_path, content
 
 def test_pairs_are_drawn_by_weight_with_a_seed(tmp_path):
     fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 2000\n"))
-    weights, rails = {"a": 3.0, "b": 1.0}, {"x": 1.0, "y": 1.0}
-    pairs = weigh_candidate_pairs(fleet, weights, rails, set())
-    assert pairs == weigh_candidate_pairs(fleet, weights, rails, set())
+    candidates = make_candidates({"a": 3.0, "b": 1.0}, {"x": 1.0, "y": 1.0})
+    pairs = read_paired_profiles(fleet, candidates, read_with_statuses({})).pairs
+    assert pairs == read_paired_profiles(fleet, candidates, read_with_statuses({})).pairs
     assert sum(pairs.values()) == pytest.approx(1.0)
     # 2,000 draws at 3/4: one standard deviation is 0.0097
     assert pairs["a", "x"] + pairs["a", "y"] == pytest.approx(0.75, abs=0.04)
+
+
+def test_only_the_files_of_drawn_pairs_are_read(tmp_path):
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 20\n"))
+    candidates = make_candidates({f"w{k}": 1.0 for k in range(1000)}, {f"r{k}": 1.0 for k in range(1000)})
+    names: list[str] = []
+    paired = read_paired_profiles(fleet, candidates, read_with_statuses({}, names))
+    assert set(names) == {name for pair in paired.pairs for name in pair}
+    assert len(names) == len(set(names)) <= 40
+    assert paired.count_files("unused") == 2000 - len(names)
+    assert [profile.candidate for profile in paired.profiles] == candidates
+
+
+def test_a_drawn_pair_that_cannot_be_used_is_replaced(tmp_path):
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 3000\n"))
+    candidates = make_candidates({"a": 1.0, "b": 2.0, "c": 2.0, "d": 1.0}, {"x": 1.0, "y": 3.0, "z": 4.0})
+    statuses = {"c": "refused", "d": "suspicious", "z": "suspicious"}
+    names: list[str] = []
+    paired = read_paired_profiles(fleet, candidates, read_with_statuses(statuses, names))
+    assert sorted(names) == ["a", "b", "c", "d", "x", "y", "z"]
+    assert {wheel for wheel, _ in paired.pairs} == {"a", "b"}
+    # 3,000 usable pairs, of which b is in 2/3 and y in 3/4: one standard deviation is 0.009
+    assert round(3000 * min(paired.pairs.values())) == 3000 * min(paired.pairs.values())
+    assert paired.pairs["b", "x"] + paired.pairs["b", "y"] == pytest.approx(2 / 3, abs=0.04)
+    assert paired.pairs["a", "y"] + paired.pairs["b", "y"] == pytest.approx(3 / 4, abs=0.04)
+    # without c, 3/4 of the weight of the wheels and 1/2 of the weight of the rails is usable
+    assert paired.suspicious_share == pytest.approx(1.0 - 3 / 4 * 1 / 2, abs=0.03)
+
+
+def test_a_draw_from_files_that_cannot_be_used_is_refused(tmp_path):
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 50\n"))
+    wheels = {f"w{k}": 1.0 for k in range(100)}
+    statuses = dict.fromkeys([*wheels][1:], "refused")
+    with pytest.raises(InputError, match=r"\[pairs\]: draw is 50, but of 1000 drawn pairs only \d+ have two files"):
+        read_paired_profiles(fleet, make_candidates(wheels, {"x": 1.0}), read_with_statuses(statuses))
+    with pytest.raises(InputError, match=r"\[wheels\]: 0 of 100 files can be used; first reason: given; remedy: none"):
+        read_paired_profiles(
+            fleet, make_candidates(wheels, {"x": 1.0}), read_with_statuses(dict.fromkeys(wheels, "refused"))
+        )
+
+
+def test_without_memory_no_further_pairs_are_drawn(tmp_path):
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 50\n"))
+    candidates = make_candidates({"a": 1.0, "b": 1.0}, {"x": 1.0})
+    paired = read_paired_profiles(fleet, candidates, read_with_statuses({"b": "unread"}))
+    assert paired.pairs == {("a", "x"): 1.0}
+    with pytest.raises(WorkersLost, match=r"\[rails\]: no file could be read"):
+        read_paired_profiles(fleet, candidates, read_with_statuses({"x": "unread"}))
 
 
 @pytest.mark.parametrize(
@@ -256,9 +335,9 @@ def test_an_empty_folder_and_too_many_pairs_are_refused(tmp_path):
     path = written(tmp_path, FLEET.replace("wheels.csv", "empty"))
     with pytest.raises(InputError, match="no file in empty"):
         fecontact.check_fleet(path)
-    fleet, many = read_fleet(written(tmp_path)), {str(k): 1.0 for k in range(1001)}
+    many = {str(k): 1.0 for k in range(1001)}
     with pytest.raises(InputError, match="1002001 pairs; allowed: at most 1000000; draw a sample"):
-        weigh_candidate_pairs(fleet, many, many, set())
+        list_all_pairs(many, many)
 
 
 def test_doubled_files_and_files_of_the_other_body_in_a_folder(tmp_path):

@@ -15,7 +15,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet import screening
 from fecontact.features.fleet.answer import evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
-from fecontact.features.fleet.population import Candidate, find_candidates, list_candidates, weigh_candidate_pairs
+from fecontact.features.fleet.population import Candidate, find_candidates, list_candidates, list_table_pairs
 from fecontact.features.fleet.profile_files import ReadProfile, select_reading
 from fecontact.features.fleet.table_columns import (
     PAIR_LAYOUT,
@@ -278,14 +278,11 @@ def test_a_path_that_is_not_utf_8_is_refused_and_the_others_are_read(tmp_path, r
 def test_names_of_pairs_are_the_texts_of_the_tables(tmp_path):
     write_csv(tmp_path / "wheels.csv", "file,name\nS1002,007\nEN13715_1in40,7\n")
     write_csv(tmp_path / "pairs.csv", "wheel;rail;weight;note\n007;60E1;1,5;a\n7;60E1;0,5;b\n")
-    fleet = read_fleet(write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.csv"\n'))
-    names = {"wheel 007", "wheel 7", "rail 60E1"}
-    weights = {"007": 1.0, "7": 1.0}
-    expected = {("007", "60E1"): 0.75, ("7", "60E1"): 0.25}
-    assert weigh_candidate_pairs(fleet, weights, {"60E1": 1.0}, names) == expected
+    names = {("wheel", "007"), ("wheel", "7"), ("rail", "60E1")}
+    assert list_table_pairs(tmp_path / "pairs.csv", names) == [(("007", "60E1"), 1.5), (("7", "60E1"), 0.5)]
+    write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.parquet"\n')
     write_parquet(tmp_path / "pairs.parquet", wheel=["007", "7"], rail=["60E1"] * 2, weight=[3, 1])
-    fleet = read_fleet(write_fleet_file(tmp_path, rest='[pairs]\ntable = "pairs.parquet"\n'))
-    assert weigh_candidate_pairs(fleet, weights, {"60E1": 1.0}, names) == expected
+    assert list_table_pairs(tmp_path / "pairs.parquet", names) == [(("007", "60E1"), 3.0), (("7", "60E1"), 1.0)]
     write_parquet(tmp_path / "pairs.parquet", wheel=[7, 7], rail=["60E1"] * 2)
     assert "row 1: wheel is 7; allowed: a text" in refusal(tmp_path / "fleet.toml")
     write_csv(tmp_path / "pairs.csv", "wheel,rail\n007,60E1\n07,60E1\n")

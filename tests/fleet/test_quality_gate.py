@@ -12,7 +12,7 @@ from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.features.fleet.examples import write_fleet
 from fecontact.features.fleet.model import read_fleet
-from fecontact.features.fleet.pair_jobs import find_suspicious_share
+from fecontact.features.fleet.paired_profiles import read_paired_profiles
 from fecontact.features.fleet.population import Candidate
 from fecontact.features.fleet.profile_files import ReadProfile
 from fecontact.profiles.examples import format_points, make_worn_points
@@ -347,12 +347,17 @@ def test_the_share_of_listed_pairs_is_by_their_weights(tmp_path):
     path = write_gated_fleet(tmp_path, wheels="file\nS1002\n", case_text='[pairs]\ntable = "pairs.csv"')
     statuses = {("wheel", "a"): "read", ("wheel", "b"): "suspicious"}
     statuses |= {("rail", "60E1"): "read", ("rail", "c"): "suspicious", ("rail", "r"): "refused"}
-    profiles = [
-        ReadProfile(candidate=Candidate(body=body, name=name, spec=name), record={"status": status})
-        for (body, name), status in statuses.items()
-    ]
+    paired = read_paired_profiles(
+        read_fleet(path),
+        [Candidate(body=body, name=name, spec=name) for body, name in statuses],
+        lambda candidates: [
+            ReadProfile(candidate=candidate, record={"status": statuses[candidate.body, candidate.name]})
+            for candidate in candidates
+        ],
+    )
     # pairs of a refused profile are not counted; a on 60E1 remains of 1 + 2 + 4 + 8
-    assert find_suspicious_share(read_fleet(path), profiles) == pytest.approx(14.0 / 15.0)
+    assert paired.suspicious_share == pytest.approx(14.0 / 15.0)
+    assert paired.pairs == {("a", "60E1"): 1.0}
 
 
 def test_check_counts_copies_and_the_disk_space_of_a_sample(tmp_path, capsys):

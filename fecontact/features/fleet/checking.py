@@ -13,7 +13,7 @@ from fecontact.case import Case, describe_unusual_inputs
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, ScreeningTheory, read_fleet
 from fecontact.features.fleet.packages import import_parquet
-from fecontact.features.fleet.pair_jobs import weigh_pairs
+from fecontact.features.fleet.paired_profiles import read_paired_profiles
 from fecontact.features.fleet.population import (
     BODIES,
     Candidate,
@@ -42,6 +42,7 @@ from fecontact.features.fleet.table_columns import (
     READ,
     REFUSED,
     SUSPICIOUS,
+    UNUSED,
     Body,
     select_case_values,
     select_reading_values,
@@ -91,6 +92,8 @@ class FleetCost:
         Reasons and remedies of the files that cannot be used, without copies, by body and name.
     notes
         Unusual inputs that all positions have.
+    unused
+        Number of files that are not read because they are in no pair.
     """
 
     wheels: int
@@ -103,6 +106,7 @@ class FleetCost:
     copies: tuple[str, ...] = ()
     unusable: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    unused: int = 0
 
     def estimate_seconds(self, workers: int) -> float:
         """Expected time of a run on an idle machine, in s.
@@ -124,7 +128,8 @@ class FleetCost:
         """Numbers and memory in a sentence, without the time."""
         counts = {"wheel": self.wheels, "rail": self.rails, "pair": self.pairs, "position": self.positions}
         numbers = ", ".join(count_text(number, noun) for noun, number in counts.items())
-        return f"{numbers}; about {self.memory_MB:.0f} MB per worker"
+        unused = f"; {count_text(self.unused, 'file')} in no pair, not read" if self.unused else ""
+        return f"{numbers}{unused}; about {self.memory_MB:.0f} MB per worker"
 
 
 def check_fleet(fleet: str | Path) -> FleetCost:
@@ -163,10 +168,16 @@ def check_fleet(fleet: str | Path) -> FleetCost:
     candidates = [
         mark_unusable(definition, with_radius(definition, candidate)) for candidate in list_candidates(definition)
     ]
-    profiles = [check_profile(definition, candidate) for candidate in candidates]
-    pairs = len(weigh_pairs(definition, profiles))
+    paired = read_paired_profiles(
+        definition, candidates, lambda some: [check_profile(definition, candidate) for candidate in some]
+    )
+    profiles, pairs = paired.profiles, len(paired.pairs)
     counts = Counter(profile.candidate.body for profile in profiles if profile.record["status"] == READ)
-    opposites = [candidate.opposite for candidate in candidates if candidate.opposite is not None]
+    opposites = [
+        profile.candidate.opposite
+        for profile in profiles
+        if profile.candidate.opposite is not None and profile.record["status"] != UNUSED
+    ]
     opposite_files = {opposite.spec for opposite in opposites if not opposite.has_row}
     positions = len(definition.positions)
     return FleetCost(
@@ -185,6 +196,7 @@ def check_fleet(fleet: str | Path) -> FleetCost:
         memory_MB=_WORKER_MB + 1e-3 * _PAIR_KB * pairs,
         tables=tuple(describe_tables(definition)),
         copies=tuple(_describe_copies(candidates)),
+        unused=paired.count_files(UNUSED),
         unusable=list_reasons([profile for profile in profiles if not profile.candidate.copy_of], REFUSED, SUSPICIOUS),
         notes=describe_unusual_inputs([definition.case]),
     )

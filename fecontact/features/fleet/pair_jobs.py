@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
@@ -13,18 +12,15 @@ from typing import Any
 from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
-from fecontact.features.fleet.model import Fleet, normalise_weights
+from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.packages import import_arrow
-from fecontact.features.fleet.population import Candidate, Pair, list_weighted_pairs, weigh_candidate_pairs
-from fecontact.features.fleet.profile_files import ReadProfile, find_opposite_radius_mm, read_refusal_reason
+from fecontact.features.fleet.population import Candidate, Pair
+from fecontact.features.fleet.profile_files import ReadProfile, find_opposite_radius_mm
 from fecontact.features.fleet.reading import TILE_SIZE
 from fecontact.features.fleet.screening import ScreeningPair, make_refusal_columns
 from fecontact.features.fleet.screening_rows import ROWS_FILE, make_schema
 from fecontact.features.fleet.sealed_folder import PAIR_JOBS, SCREEN, SYSTEM_REMEDY, list_own_parts
 from fecontact.features.fleet.table_columns import (
-    READ,
-    SUSPICIOUS,
-    UNREAD,
     Body,
     select_case_values,
     set_case_values,
@@ -32,9 +28,8 @@ from fecontact.features.fleet.table_columns import (
 )
 from fecontact.features.fleet.tables import VERDICTS, read_parquet, write_parquet
 from fecontact.files import remove_unfinished, write_atomically
-from fecontact.inputs.texts import count_text
 from fecontact.jobs.engine import OpenRun
-from fecontact.jobs.workers import JobOutcome, WorkersLost
+from fecontact.jobs.workers import JobOutcome
 from fecontact.placement.problems import PositionProblem
 from fecontact.profiles.library import is_library_name
 from fecontact.profiles.reading import Reading
@@ -43,84 +38,6 @@ from fecontact.runs.identity import digest_json
 _PAIR_COLUMNS = (("wheel", "string"), ("rail", "string"), ("weight", "double"))
 # Profiles of the library that replace files in a case with given profile variants.
 _PLACEHOLDER = {"wheel": "S1002", "rail": "60E1"}
-
-
-def weigh_pairs(fleet: Fleet, profiles: Sequence[ReadProfile]) -> dict[Pair, float]:
-    """Weigh the pairs of the profiles that could be read.
-
-    Parameters
-    ----------
-    fleet
-        Definition of the fleet.
-    profiles
-        Results of the readings.
-
-    Returns
-    -------
-    dict
-        Weight by names of wheel and rail; the weights sum to 1.
-
-    Raises
-    ------
-    InputError
-        If no wheel or no rail could be read, or for pairs that are not allowed.
-    WorkersLost
-        If no wheel or no rail was read for want of memory, disk space or workers.
-    """
-    weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
-    for profile in profiles:
-        if profile.record["status"] == READ:
-            weights[profile.candidate.body][profile.candidate.name] = profile.candidate.weight
-    for body, body_weights in weights.items():
-        if not body_weights:
-            unusable = [profile for profile in profiles if profile.candidate.body == body]
-            reason = f"first reason: {read_refusal_reason(unusable[0])}"
-            if unread := [profile for profile in unusable if profile.record["status"] == UNREAD]:
-                raise WorkersLost(f"[{body}s]: no file could be read; {reason}; {unread[0].record['remedy']}")
-            raise InputError(
-                f"[{body}s]: 0 of {count_text(len(unusable), 'file')} can be used; {reason}; remedy:"
-                f" {unusable[0].record['remedy']}"
-            )
-    known_names = {f"{profile.candidate.body} {profile.candidate.name}" for profile in profiles}
-    return weigh_candidate_pairs(fleet, weights["wheel"], weights["rail"], known_names)
-
-
-def find_suspicious_share(fleet: Fleet, profiles: Sequence[ReadProfile]) -> float:
-    """Share of the pairs, by weight, that suspicious profiles leave out of the answer.
-
-    Parameters
-    ----------
-    fleet
-        Definition of the fleet.
-    profiles
-        Results of the readings.
-
-    Returns
-    -------
-    float
-        Share from 0 to 1 of the pairs of profiles that are read or suspicious. For drawn pairs, the expected share.
-    """
-    if all(profile.record["status"] != SUSPICIOUS for profile in profiles):
-        return 0.0
-    weights: dict[str, dict[str, float]] = {"wheel": {}, "rail": {}}
-    suspicious: dict[str, set[str]] = {"wheel": set(), "rail": set()}
-    for profile in profiles:
-        candidate = profile.candidate
-        if profile.record["status"] in (READ, SUSPICIOUS):
-            weights[candidate.body][candidate.name] = candidate.weight
-        if profile.record["status"] == SUSPICIOUS:
-            suspicious[candidate.body].add(candidate.name)
-    wheels, rails = (normalise_weights(weights[body].items(), f"[{body}s]") for body in ("wheel", "rail"))
-    if fleet.pairing.table is None:
-        usable_shares = [
-            math.fsum(weight for name, weight in shares.items() if name not in suspicious[body])
-            for body, shares in (("wheel", wheels), ("rail", rails))
-        ]
-        return 1.0 - usable_shares[0] * usable_shares[1]
-    # the names were checked when the pairs were weighed
-    pairs = list(list_weighted_pairs(fleet.folder / fleet.pairing.table, wheels, rails, None))
-    left_out = [weight for (wheel, rail), weight in pairs if wheel in suspicious["wheel"] or rail in suspicious["rail"]]
-    return math.fsum(left_out) / math.fsum(weight for _, weight in pairs)
 
 
 CaseKey = tuple[str, str, tuple[tuple[str, Any], ...], tuple[tuple[Body, str], ...], float | None]

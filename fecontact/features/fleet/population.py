@@ -11,11 +11,9 @@ from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fecontact.errors import InputError
 from fecontact.features.fleet.file_lists import is_file_table, refuse_unclear_table, select_profile_files
-from fecontact.features.fleet.model import Fleet, normalise_weights
+from fecontact.features.fleet.model import Fleet
 from fecontact.features.fleet.sealed_folder import escape_path
 from fecontact.features.fleet.table_columns import (
     MOST_FILES,
@@ -393,74 +391,44 @@ def _explain_missing_file(candidate: Candidate) -> tuple[str, str] | None:
     return None
 
 
-def weigh_candidate_pairs(
-    fleet: Fleet, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str]
-) -> dict[Pair, float]:
-    """Weight of each pair of wheels and rails that were read.
+def list_all_pairs(wheels: Mapping[str, float], rails: Mapping[str, float]) -> dict[Pair, float]:
+    """Weights of all pairs of some wheels and rails.
 
     Parameters
     ----------
-    fleet
-        Definition of the fleet.
     wheels, rails
-        Weights by name, of the profiles that were read.
-    known_names
-        Bodies and names of all profiles, such as "wheel a". Pairs of refused profiles are left out.
+        Weights by name.
 
     Returns
     -------
     dict
-        Weight by names of wheel and rail; the weights sum to 1.
+        Product of the weights by names of wheel and rail.
 
     Raises
     ------
     InputError
-        If there are too many pairs or no pairs, or a table names an unknown profile.
+        If there are more than a million pairs.
     """
-    (wheel_weights, rail_weights) = (
-        normalise_weights(wheels.items(), "[wheels]"),
-        normalise_weights(rails.items(), "[rails]"),
-    )
-    if fleet.pairing.table is not None:
-        path = fleet.folder / fleet.pairing.table
-        return normalise_weights(list_weighted_pairs(path, wheel_weights, rail_weights, known_names), f"table {path}")
-    if fleet.pairing.draw is not None:
-        draw = np.random.default_rng(fleet.seed).choice
-        count = int(fleet.pairing.draw)
-        drawn_names = (
-            draw(list(weights), count, p=list(weights.values())) for weights in (wheel_weights, rail_weights)
-        )
-        return normalise_weights(
-            ((pair, 1.0) for pair in zip(*(map(str, names) for names in drawn_names), strict=True)), "[pairs]"
-        )
-    if (count := len(wheel_weights) * len(rail_weights)) > MOST_PAIRS:
+    if (count := len(wheels) * len(rails)) > MOST_PAIRS:
         raise InputError(
             f"[pairs]: {count} pairs; allowed: at most {MOST_PAIRS}; draw a sample: draw = 10000 in [pairs]"
         )
-    return {
-        (wheel, rail): wheel_weights[wheel] * rail_weights[rail] for wheel in wheel_weights for rail in rail_weights
-    }
+    return {(wheel, rail): wheels[wheel] * rails[rail] for wheel in wheels for rail in rails}
 
 
-def list_weighted_pairs(
-    path: Path, wheels: Mapping[str, float], rails: Mapping[str, float], known_names: set[str] | None
-) -> Iterator[tuple[Pair, float]]:
-    """Weighted pairs of a table, without pairs of other profiles.
-
-    The weight of a pair is its weight in the table times both weights.
+def list_table_pairs(path: Path, known_names: set[tuple[Body, str]]) -> list[tuple[Pair, float]]:
+    """Pairs of a table with their weights in the table.
 
     Parameters
     ----------
     path
         Table of pairs.
-    wheels, rails
-        Weights of the profiles, by name.
     known_names
-        "wheel NAME" and "rail NAME" of all profiles of the fleet; None for a table that was checked before.
+        Body and name of each profile of the fleet.
 
-    Yields
-    ------
-    tuple
+    Returns
+    -------
+    list of tuple
         Names of wheel and rail, and the weight.
 
     Raises
@@ -468,12 +436,14 @@ def list_weighted_pairs(
     InputError
         If a row names a profile that is not in the fleet.
     """
+    pairs = []
     for row in read_user_table(path, PAIR_LAYOUT):
         wheel, rail = row.values["wheel"], row.values["rail"]
-        if known_names is not None and (unknown := {f"wheel {wheel}", f"rail {rail}"} - known_names):
+        named_profiles: set[tuple[Body, str]] = {("wheel", wheel), ("rail", rail)}
+        if unknown := named_profiles - known_names:
             raise InputError(
-                f"table {path}, row {row.number}: there is no {min(unknown)}; give the name in its table, or its file"
-                " name without ending"
+                f"table {path}, row {row.number}: there is no {' '.join(min(unknown))}; give the name in its table, or"
+                " its file name without ending"
             )
-        if wheel in wheels and rail in rails:
-            yield (wheel, rail), row.values.get("weight", 1.0) * wheels[wheel] * rails[rail]
+        pairs.append(((wheel, rail), row.values.get("weight", 1.0)))
+    return pairs

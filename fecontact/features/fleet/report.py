@@ -24,7 +24,7 @@ from fecontact.features.fleet.sealed_folder import (
     refuse_links,
     write_answer_record,
 )
-from fecontact.features.fleet.table_columns import READ, SUSPICIOUS
+from fecontact.features.fleet.table_columns import READ, SUSPICIOUS, UNUSED
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
 from fecontact.jobs.remaining import format_duration
@@ -166,11 +166,14 @@ def _describe_left_out(answer: FleetAnswer) -> str:
     if _has_no_screened_pair(answer):
         return ""
     population, unscreened = answer.whole, answer.about.get("unscreened_pairs", 0)
-    refused_files = sum(row["files"] for row in answer.files if row["status"] not in (READ, SUSPICIOUS))
-    suspicious_files = sum(row["files"] for row in answer.files if row["status"] == SUSPICIOUS)
-    files = (
-        f"{format_percent(refused_files / sum(row['files'] for row in answer.files))} % of the files could not be read"
-    )
+    counts: dict[str, int] = defaultdict(int)
+    for row in answer.files:
+        counts[row["status"]] += row["files"]
+    suspicious_files, used_files = counts[SUSPICIOUS], sum(counts.values()) - counts[UNUSED]
+    unread_share = 1.0 - (counts[READ] + suspicious_files) / used_files
+    files = f"{format_percent(unread_share)} % of the files could not be read"
+    if counts[UNUSED]:
+        files += f"; {count_text(counts[UNUSED], 'file')} in no pair {'is' if counts[UNUSED] == 1 else 'are'} left out"
     if suspicious_files:
         files += (
             f"; {count_text(suspicious_files, 'suspicious file')} and"

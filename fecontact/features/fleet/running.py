@@ -16,7 +16,8 @@ from pathlib import Path
 from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, read_fleet
 from fecontact.features.fleet.packages import import_parquet
-from fecontact.features.fleet.pair_jobs import find_suspicious_share, screen_pairs, weigh_pairs, write_screen
+from fecontact.features.fleet.pair_jobs import screen_pairs, write_screen
+from fecontact.features.fleet.paired_profiles import read_paired_profiles
 from fecontact.features.fleet.population import Pair, list_candidates
 from fecontact.features.fleet.profile_files import (
     list_reasons,
@@ -36,7 +37,7 @@ from fecontact.features.fleet.sealed_folder import (
     remove_outdated_report,
     write_record,
 )
-from fecontact.features.fleet.table_columns import REFUSED, SUSPICIOUS, UNREAD
+from fecontact.features.fleet.table_columns import REFUSED, SUSPICIOUS, UNREAD, UNUSED
 from fecontact.features.fleet.tables import write_table
 from fecontact.files import write_text
 from fecontact.inputs.texts import count_text
@@ -60,7 +61,7 @@ class FleetScreening:
     verdicts
         Weight of each verdict; they sum to 1.
     profiles, refused
-        Number of files, and reasons and remedies of the refused files.
+        Number of files, without files in no pair, and reasons and remedies of the refused files.
     reused
         Number of pairs that were finished before.
     failed
@@ -77,6 +78,8 @@ class FleetScreening:
         Reasons and remedies of the files that the quality gate leaves out, by body and name.
     suspicious_share
         Share of the pairs, by weight, with such a file.
+    unused
+        Number of files that were not read because they are in no pair.
     """
 
     out: Path
@@ -93,6 +96,7 @@ class FleetScreening:
     removed_report: bool = False
     suspicious: Mapping[str, str] = field(default_factory=dict)
     suspicious_share: float = 0.0
+    unused: int = 0
 
     @property
     def headline(self) -> str:
@@ -192,9 +196,11 @@ def run_fleet(
     with open_run(folder, folder / PAIR_JOBS, settings, progress.get("files")) as open_jobs:
         list_own_parts(folder)
         remove_leftovers(folder / PROFILE_JOBS)
-        profiles = read_profiles(definition, candidate_list, folder, open_jobs)
+        paired = read_paired_profiles(
+            definition, candidate_list, lambda some: read_profiles(definition, some, folder, open_jobs)
+        )
+        profiles, pairs = paired.profiles, paired.pairs
         write_table([profile.row for profile in profiles], folder / PROFILES)
-        pairs = weigh_pairs(definition, profiles)
         pair_run, reused_files = replace(open_jobs, progress=progress.get("pairs")), len(open_jobs.reused)
         failed = screen_pairs(definition, profiles, pairs, folder, pair_run)
         verdict_weights = write_screen(definition, profiles, pairs, failed, folder)
@@ -204,11 +210,12 @@ def run_fleet(
             pairs=len(pairs),
             positions=len(pairs) * len(definition.positions),
             verdicts={name: share for name, share in verdict_weights.items() if share},
-            profiles=len(profiles),
+            profiles=len(profiles) - paired.count_files(UNUSED),
+            unused=paired.count_files(UNUSED),
             refused=list_reasons(profiles, REFUSED),
             unread=list_reasons(profiles, UNREAD),
             suspicious=list_reasons(profiles, SUSPICIOUS),
-            suspicious_share=find_suspicious_share(definition, profiles),
+            suspicious_share=paired.suspicious_share,
             reused=len(pair_run.reused) - reused_files,
             failed={pair: str(outcome.failure) for pair, outcome in failed.items()},
             unscreened=sum(outcome.is_system_failure for outcome in failed.values()),
@@ -241,6 +248,7 @@ def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str
         "positions": screened.positions,
         "unscreened_pairs": screened.unscreened,
         "files": screened.profiles,
+        "unused_files": screened.unused,
         "refused_files": dict(screened.refused),
         "unread_files": dict(screened.unread),
         "suspicious_files": dict(screened.suspicious),

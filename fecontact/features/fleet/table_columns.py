@@ -18,9 +18,9 @@ from fecontact.inputs.user_tables import TableLayout
 from fecontact.profiles.reading import Reading
 
 Body = Literal["wheel", "rail"]
-READ, SUSPICIOUS, REFUSED, UNREAD = "read", "suspicious", "refused", "unread"
-"""Status of a file: read, left out until its row settles a suspicion, refused for its content, or not read for a reason
-that is not in the file.
+READ, SUSPICIOUS, REFUSED, UNREAD, UNUSED = "read", "suspicious", "refused", "unread", "unused"
+"""Status of a file: read, left out until its row settles a suspicion, refused for its content, not read for a reason
+that is not in the file, or not read because it is in no pair.
 """
 MOST_FILES, MOST_PAIRS, MOST_POSITIONS = 100_000, 1_000_000, 10_000
 READING_COLUMNS = ("mirror", "units", "columns", "tape_circle_mm", "tape_circle_z_mm", "repair")
