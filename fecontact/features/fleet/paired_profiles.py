@@ -177,8 +177,8 @@ def _read_drawn_pairs(fleet: Fleet, count: int, candidates: Sequence[Candidate],
         unusable = next(profile for profile in profiles if profile.record["status"] != READ)
         raise InputError(
             f"[pairs]: draw is {count}, but of {len(drawn_pairs)} drawn pairs only {len(usable)} have two files that"
-            f" can be used; allowed: at least one in {_MOST_DRAWS_PER_PAIR}; first reason: {read_refusal_reason(unusable)};"
-            f" remedy: {unusable.record['remedy']}"
+            f" can be used; allowed: at least one in {_MOST_DRAWS_PER_PAIR}; first reason:"
+            f" {read_refusal_reason(unusable)}; remedy: {unusable.record['remedy']}"
         )
     complete = [
         pair_statuses
