@@ -15,6 +15,7 @@ from typing import get_args
 
 import meshio
 import numpy as np
+import PIL.Image
 import pytest
 import pyvista
 from rich.console import Console
@@ -65,7 +66,7 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.study_report import parts_of_rows
-from fecontact.outputs.style import SERIES_COLOURS, blank_figure, series_style
+from fecontact.outputs.style import DPI, SERIES_COLOURS, blank_figure, encode_png, series_style
 from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
@@ -1201,6 +1202,16 @@ def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quic
     assert svg == second.with_suffix(".svg").read_bytes()
     assert svg.startswith(b"<?xml")
     assert b"http://" not in svg.replace(b"http://www.w3.org", b"")
+
+
+def test_a_png_has_the_pixels_of_its_image_and_the_resolution_of_all_pictures():
+    pixels = np.random.default_rng(1).integers(0, 256, (40, 30, 3), dtype=np.uint8)
+    content = encode_png(PIL.Image.fromarray(pixels))
+    with PIL.Image.open(io.BytesIO(content)) as image:
+        image.load()
+        assert image.mode == "RGB"
+        assert np.array_equal(np.asarray(image), pixels)
+        assert image.info["dpi"] == pytest.approx((DPI, DPI), abs=0.01)
 
 
 def test_figures_hold_for_a_patch_larger_than_the_grid_and_for_two_sides(elliptic_quick, tmp_path):

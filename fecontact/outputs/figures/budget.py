@@ -35,7 +35,8 @@ def draw_budget(ax: Axes, measure: str, budget: Mapping[str, float]) -> None:
         label = f"{CONTRIBUTION_WORDS.get(name, name)} {words.deviation_text(value, size=True)}"
         ax.barh(0.0, value, left=left, height=1.0, color=colour, edgecolor="white", label=label)
         left += value
-    ax.set_xlim(0.0, left or 1.0)
+    # matplotlib makes ticks of invisible axes too
+    ax.set(xlim=(0.0, left or 1.0), xticks=[], yticks=[])
     ax.set_axis_off()
     total = words.deviation_text(sum(budget.values()), size=True)
     ax.set_title(f"contributions to the uncertainty of {words.name}, ± {total}", fontsize=9, loc="left", pad=3)
