@@ -13,7 +13,7 @@ from functools import cache
 from pathlib import Path
 from types import UnionType
 from typing import Any, get_args, get_origin, get_type_hints
-from zipfile import ZipFile, ZipInfo
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 from numpy.typing import NDArray
@@ -203,8 +203,29 @@ def _read_rung(record: Mapping[str, Any], arrays: Mapping[str, NDArray[np.float6
 
 
 def write_arrays(path: Path, arrays: Arrays) -> Path:
-    """Write arrays as a compressed NumPy archive; equal arrays give equal bytes."""
-    return write_atomically(path, lambda temporary: np.savez_compressed(temporary, allow_pickle=False, **arrays))
+    """Write arrays as a compressed NumPy archive; equal arrays give equal bytes.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    arrays
+        Arrays by name.
+
+    Returns
+    -------
+    Path
+        The given path.
+    """
+
+    def write(temporary: Path) -> None:
+        # NumPy's own function compresses at level 6, which takes twice as long and saves 1 %
+        with ZipFile(temporary, "w", ZIP_DEFLATED, compresslevel=1) as archive:
+            for name, values in arrays.items():
+                with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                    np.lib.format.write_array(file, values, allow_pickle=False)
+
+    return write_atomically(path, write)
 
 
 def read_arrays(path: Path) -> Arrays:
