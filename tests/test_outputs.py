@@ -66,7 +66,7 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.study_report import parts_of_rows
-from fecontact.outputs.style import DPI, SERIES_COLOURS, blank_figure, encode_png, series_style
+from fecontact.outputs.style import DPI, SERIES_COLOURS, blank_figure, encode_png, render_svg, series_style
 from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
@@ -1202,6 +1202,69 @@ def test_a_case_figure_is_the_same_png_and_svg_twice_and_not_blank(elliptic_quic
     assert svg == second.with_suffix(".svg").read_bytes()
     assert svg.startswith(b"<?xml")
     assert b"http://" not in svg.replace(b"http://www.w3.org", b"")
+
+
+def test_a_picture_of_a_case_is_the_same_after_pictures_of_others(elliptic_quick, flattened_result):
+    pressure = elliptic_quick.load.fe.pressure
+    two = change_fe(elliptic_quick, pressure_MPa=np.where(np.abs(pressure.grid.s_mm) < 0.5, 0.2, 1.0) * pressure.values)
+    results = {
+        "two lobes": replace(two, load=judge_load(two.load.solved, two.placement)),
+        "flat": flattened_result,
+        "tall": change_hertz(elliptic_quick, a_mm=40.0, b_mm=5.5),
+        "yields": elliptic_quick,
+        "without contributions": elliptic_quick,
+        "wide": change_hertz(elliptic_quick, b_mm=40.0),
+    }
+    cases = {}
+    for name, result in results.items():
+        record, fields = result_record(result), PressureFields.of(result.load)
+        if name == "yields":
+            fields = replace(fields, elastic=1.1 * fields.fe)
+        if name == "without contributions":
+            record |= {"uncertainty_budget": {}}
+        cases[name] = record, result.placement, fields
+    pictures = {}
+    for name, case in cases.items():
+        figure = blank_figure(*case_inches(case[-1]))
+        draw_case(figure, *case)
+        pictures[name] = render_svg(figure)
+    assert len(set(pictures.values())) == len(cases)
+    figure = blank_figure(1.0, 1.0)
+    for name in [*cases, *reversed(cases)]:
+        figure.set_size_inches(*case_inches(cases[name][-1]))
+        draw_case(figure, *cases[name])
+        assert render_svg(figure) == pictures[name], name
+
+
+def test_a_case_figure_is_drawn_anew_for_other_settings_of_matplotlib_alone(elliptic_quick, tmp_path, monkeypatch):
+    from matplotlib import rc_context
+
+    new_figures = []
+    monkeypatch.setattr(
+        "fecontact.outputs.figures.case.blank_figure",
+        lambda *inches: new_figures.append(inches) or blank_figure(*inches),
+    )
+
+    def draw() -> tuple[bytes, int]:
+        path = write_case_figure(elliptic_quick, tmp_path / "case.png", svg=False)
+        return path.read_bytes(), len(new_figures)
+
+    small, count = draw()
+    with rc_context({"xtick.labelsize": 14.0}):
+        large, _ = draw()
+        assert draw() == (large, count + 1)
+    assert large != small
+    assert draw() == (small, count + 2)
+    # a figure that fails is not used again
+    with monkeypatch.context() as patch:
+        patch.setattr("fecontact.outputs.figures.case.save_image", raise_full_disk)
+        with pytest.raises(OSError, match="full"):
+            draw()
+    assert draw() == (small, count + 3)
+
+
+def raise_full_disk(*arguments: object) -> None:
+    raise OSError("the disk is full")
 
 
 def test_a_png_has_the_pixels_of_its_image_and_the_resolution_of_all_pictures():

@@ -140,6 +140,24 @@ def add_grid(*axes: Axes) -> None:
         ax.grid(alpha=0.3)
 
 
+def empty_axes(ax: Axes) -> None:
+    """Remove lines, areas, texts and the legend from axes; images, ticks and labels stay.
+
+    Parameters
+    ----------
+    ax
+        Axes that are drawn again. Their limits follow the data again.
+    """
+    for artist in (*ax.lines, *ax.collections, *ax.patches, *ax.texts):
+        artist.remove()
+    # bars are patches, which are also in a container for the legend
+    ax.containers.clear()
+    if (legend := ax.get_legend()) is not None:
+        legend.remove()
+    ax.relim()
+    ax.autoscale()
+
+
 def add_legend_beside(ax: Axes, **options: Any) -> Legend:
     """Add a legend on the right of axes, where it hides nothing."""
     return ax.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, **options)

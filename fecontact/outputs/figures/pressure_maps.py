@@ -19,6 +19,7 @@ from fecontact.outputs.tables import TableRecord
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.image import AxesImage
 
 
 # Labels of axes over the rail's surface.
@@ -113,7 +114,13 @@ class PressureFields:
 
 
 def draw_pressure(
-    ax: Axes, kind: str, fields: PressureFields, lobes: Sequence[TableRecord], *, scale: bool = True
+    ax: Axes,
+    kind: str,
+    fields: PressureFields,
+    lobes: Sequence[TableRecord],
+    *,
+    scale: bool = True,
+    image: AxesImage | None = None,
 ) -> None:
     """Draw a pressure map over the rail's surface into axes.
 
@@ -132,20 +139,22 @@ def draw_pressure(
         Records of the lobes of the load; empty for a single lobe.
     scale
         Whether a colour scale is drawn beside the map.
+    image
+        Image of these axes with its colour scale, from another map of the same kind. It gets the new pressures; None
+        makes a new image.
     """
     is_difference = kind == "Hertz minus finite elements"
     values = {"finite elements": fields.fe, "Hertz": fields.hertz}.get(kind, fields.hertz - fields.fe)
     largest = (float(np.abs(values).max()) or 1.0) if is_difference else float(max(fields.fe.max(), fields.hertz.max()))
     background = _ZERO_DIFFERENCE_COLOUR if is_difference else _ZERO_PRESSURE_COLOUR
-    image = ax.imshow(
-        values,
-        origin="lower",
-        interpolation="bilinear",
-        cmap=_DIFFERENCE_COLOURS if is_difference else _PRESSURE_COLOURS,
-        vmin=-largest if is_difference else 0.0,
-        vmax=largest,
-        extent=(*_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)),
-    )
+    limits = -largest if is_difference else 0.0, largest
+    extent = *_cell_edges(fields.grid.s_mm), *_cell_edges(fields.grid.x_mm)
+    needs_scale = scale and image is None
+    if image is None:
+        colours = _DIFFERENCE_COLOURS if is_difference else _PRESSURE_COLOURS
+        image = ax.imshow(values, origin="lower", interpolation="bilinear", cmap=colours, clim=limits, extent=extent)
+    else:
+        image.set(data=values, clim=limits, extent=extent)
     if is_difference:
         # in grey both ends of the colour map are dark, so lines are dashed if the finite elements' pressure is larger
         levels = largest * np.array([-0.75, -0.5, -0.25, 0.25, 0.5, 0.75])
@@ -164,7 +173,7 @@ def draw_pressure(
     if x_high - x_low > _NARROW_MAP_RATIO * (s_high - s_low):
         # more numbers would overlap
         ax.locator_params(axis="x", nbins=3)
-    if scale:
+    if needs_scale:
         from matplotlib.ticker import MaxNLocator
 
         bar = ax.figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.045, 1.0)), ticks=MaxNLocator(_BAR_INTERVALS))
