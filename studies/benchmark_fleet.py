@@ -8,12 +8,18 @@ The CPU time of the screening alone is that of a run with read files and no fini
 nothing to do. With `--against`, a different checkout screens the same files in turn, because times on a busy machine
 are comparable only within minutes.
 
+`--jobs` only distributes this number of empty jobs to two processes, and to two workers of a Dask cluster on this
+machine: CPU time and memory of the process that distributes them, and of the scheduler.
+
     python studies/benchmark_fleet.py --wheels 100 --rails 10 --report-rows 100000
     python studies/benchmark_fleet.py --wheels 100 --rails 100
     python studies/benchmark_fleet.py --wheels 4 --rails 4 --workers 1 --repeats 3 --against ../earlier
+    python studies/benchmark_fleet.py --jobs 10000
 """
 
 import argparse
+import contextlib
+import json
 import os
 import resource
 import shutil
@@ -21,10 +27,18 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+import psutil
 import pyarrow.parquet as parquet
 from pyarrow import Table, array, concat_tables
+
+from fecontact.features.fleet.fleet_jobs import run_fleet_jobs
+from fecontact.jobs.engine import RunSettings, open_run
+from fecontact.jobs.workers import WorkResult
+from fecontact.process import THREAD_VARIABLES
 
 HERE = Path(__file__).resolve().parents[1]
 MANY_POSITIONS = 100_000
@@ -108,6 +122,77 @@ def _wheels(profiles: Table, times: int) -> Iterator[Table]:
         yield wheels.set_column(place, "name", array([f"{name}, {copy}" for name in wheels["name"].to_pylist()]))
 
 
+@dataclass(frozen=True)
+class EmptyJob:
+    """Job without work."""
+
+    def __call__(self, folder: Path, finished: Path | None) -> WorkResult:
+        return WorkResult()
+
+
+def distribute(count: int, address: str | None) -> None:
+    """Distribute empty jobs to two processes or to a Dask cluster, and print the cost of the distributing process."""
+    process = psutil.Process()
+    with TemporaryDirectory() as folder:
+        settings = RunSettings(workers=None if address else 2, scheduler=address)
+        with open_run(Path(folder), Path(folder) / "jobs", settings) as run:
+            begun, cpu, memory = time.perf_counter(), time.process_time(), process.memory_info().rss
+            works = {f"{number:07d}": EmptyJob() for number in range(count)}
+            run_fleet_jobs(works, dict.fromkeys(works, "empty"), Path(folder) / "jobs", None, run)
+            elapsed, cpu, memory = (
+                time.perf_counter() - begun,
+                time.process_time() - cpu,
+                process.memory_info().rss - memory,
+            )
+    by = "Dask" if address else "processes"
+    print(
+        f"{count} empty jobs by {by}: {1e3 * cpu / count:.2f} CPU ms and {1e-3 * memory / count:.1f} kB a job,"
+        f" {elapsed:.0f} s",
+        flush=True,
+    )
+
+
+@contextlib.contextmanager
+def run_dask_cluster(environment: dict[str, str]) -> Iterator[tuple[str, psutil.Process]]:
+    """Run a scheduler and two workers on this machine: address, and process of the scheduler."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder) / "scheduler.json"
+        worker = ("dask_worker", "--nthreads", "1", "--no-nanny", "--local-directory", folder)
+        processes = [
+            subprocess.Popen(
+                [sys.executable, "-m", f"distributed.cli.{name}", *options, "--no-dashboard", "--scheduler-file", file],
+                env=environment,
+                stderr=subprocess.DEVNULL,
+            )
+            for name, *options in (("dask_scheduler", "--host", "127.0.0.1", "--port", "0"), worker, worker)
+        ]
+        try:
+            while not file.is_file():
+                time.sleep(0.1)
+            yield json.loads(file.read_text("utf-8"))["address"], psutil.Process(processes[0].pid)
+        finally:
+            for process in processes:
+                process.kill()
+                process.wait()
+
+
+def compare_distributions(count: int) -> None:
+    """Print the cost of distributing empty jobs by processes and by Dask, each from a process of its own."""
+    # workers import the class of the jobs by the name of its module
+    paths = os.pathsep.join([str(HERE), str(HERE / "studies")])
+    environment = os.environ | {"PYTHONPATH": paths} | dict.fromkeys(THREAD_VARIABLES, "1")
+    with run_dask_cluster(environment) as (address, scheduler):
+        before = scheduler.cpu_times()
+        for scheduler_address in (None, address):
+            code = f"import benchmark_fleet; benchmark_fleet.distribute({count}, {scheduler_address!r})"
+            subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+        after = scheduler.cpu_times()
+        seconds = after.user + after.system - before.user - before.system
+        print(
+            f"scheduler of Dask: {1e3 * seconds / count:.2f} CPU ms a job, {1e-6 * scheduler.memory_info().rss:.0f} MB"
+        )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--wheels", type=int, default=100)
@@ -117,7 +202,11 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=1)
     parser.add_argument("--against", type=Path, help="folder of a different checkout")
     parser.add_argument("--out", type=Path, default=Path("out/benchmark_fleet"))
+    parser.add_argument("--jobs", type=int, default=0)
     options = parser.parse_args()
+    if options.jobs:
+        compare_distributions(options.jobs)
+        return
     files, screened, many = (str(options.out / name) for name in ("files", "this", "many"))
     checkouts = {"this": HERE} | ({"other": options.against.resolve()} if options.against else {})
     run_timed("files", "examples", files, "--wheels", str(options.wheels), "--rails", str(options.rails))
