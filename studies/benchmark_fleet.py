@@ -131,7 +131,7 @@ class EmptyJob:
 
 
 def distribute(count: int, address: str | None) -> None:
-    """Distribute empty jobs to two processes or to a Dask cluster, and print the cost of the distributing process."""
+    """Distribute empty jobs to two processes or to a Dask cluster, and print the cost."""
     process = psutil.Process()
     with TemporaryDirectory() as folder:
         settings = RunSettings(workers=None if address else 2, scheduler=address)
@@ -144,9 +144,9 @@ def distribute(count: int, address: str | None) -> None:
                 time.process_time() - cpu,
                 process.memory_info().rss - memory,
             )
-    by = "Dask" if address else "processes"
+    receiver = "Dask" if address else "processes"
     print(
-        f"{count} empty jobs by {by}: {1e3 * cpu / count:.2f} CPU ms and {1e-3 * memory / count:.1f} kB a job,"
+        f"{count} empty jobs by {receiver}: {1e3 * cpu / count:.2f} CPU ms and {1e-3 * memory / count:.1f} kB a job,"
         f" {elapsed:.0f} s",
         flush=True,
     )
@@ -177,7 +177,10 @@ def run_dask_cluster(environment: dict[str, str]) -> Iterator[tuple[str, psutil.
 
 
 def compare_distributions(count: int) -> None:
-    """Print the cost of distributing empty jobs by processes and by Dask, each from a process of its own."""
+    """Print the cost of distributing empty jobs by processes and by Dask.
+
+    Each distribution is made by a separate process.
+    """
     # workers import the class of the jobs by the name of its module
     paths = os.pathsep.join([str(HERE), str(HERE / "studies")])
     environment = os.environ | {"PYTHONPATH": paths} | dict.fromkeys(THREAD_VARIABLES, "1")

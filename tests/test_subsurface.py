@@ -171,7 +171,7 @@ def test_below_each_column_of_a_block_a_linear_stress_goes_on(j):
 
 
 def test_the_last_digits_of_the_nodes_do_not_move_the_peak_below_a_shallow_block():
-    """Nodes of a regular mesh are on circles, so that a triangulation would depend on rounding."""
+    """A triangulation of a regular mesh depends on rounding: the nodes are on circles."""
     y, z = np.meshgrid(np.linspace(-4.0, 4.0, 17), np.linspace(0.0, -6.0, 13), indexing="ij")
     points = np.tile(np.stack([0.0 * y, y, z], axis=-1).reshape(-1, 3), (2, 1))
     points[y.size :, 0] = 1.0

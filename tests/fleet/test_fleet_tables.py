@@ -13,10 +13,11 @@ import fecontact
 from fecontact.cli import call
 from fecontact.errors import InputError
 from fecontact.features.fleet import screening
-from fecontact.features.fleet.answer import evaluate_fleet
+from fecontact.features.fleet.answer import _merge_kinds, evaluate_fleet
 from fecontact.features.fleet.model import read_fleet
 from fecontact.features.fleet.population import Candidate, find_candidates, list_candidates, list_table_pairs
 from fecontact.features.fleet.profile_files import ReadProfile, select_reading
+from fecontact.features.fleet.report import write_headline
 from fecontact.features.fleet.table_columns import (
     PAIR_LAYOUT,
     POSITION_LAYOUT,
@@ -346,3 +347,28 @@ def test_utf_16_tables_of_spreadsheets_are_read(tmp_path):
     write_csv(tmp_path / "wheels.csv", "file\tweight\tStraße\nS1002\t2\t007\n", "utf-16")
     (wheel,) = find_candidates(read_fleet(write_fleet_file(tmp_path)), "wheel")
     assert (wheel.name, wheel.weight, wheel.metadata) == ("S1002", 2.0, {"Straße": "007"})
+
+
+def test_a_fleet_of_drawn_pairs_has_an_answer_without_its_unused_files(tmp_path, run_without_contacts, capsys):
+    write_csv(tmp_path / "wheels.csv", "file\nS1002\nEN13715_1in40\nAPTA340\n")
+    path = write_fleet_file(tmp_path, rest="[pairs]\ndraw = 1\n")
+    screening = run_without_contacts(path, tmp_path / "out")
+    assert (screening.pairs, screening.profiles, screening.unused) == (1, 2, 2)
+    statuses = duckdb.sql(f"SELECT status, count(*) FROM '{tmp_path}/out/profiles.parquet' GROUP BY ALL").fetchall()
+    assert sorted(statuses) == [("read", 2), ("unused", 2)]
+    assert call(["fleet", "report", str(tmp_path / "out")]) == 0
+    answer = evaluate_fleet(tmp_path / "out")
+    assert "0 % of the files could not be read; 2 files in no pair are left out" in write_headline(answer)
+    capsys.readouterr()
+    assert call(["fleet", "check", str(path)]) == 0
+    assert "1 wheel, 1 rail, 1 pair, 1 position; 2 files in no pair, not read" in capsys.readouterr().out
+
+
+def test_notes_that_differ_by_numbers_are_a_single_row():
+    rows = [
+        {"body": "rail", "note": "12 of 500 points are left out", "files": 1, "example": "/a/r1.csv"},
+        {"body": "rail", "note": "3 of 400 points are left out", "files": 2, "example": "/a/r2.csv"},
+        {"body": "wheel", "note": "w.csv: y is mirrored", "files": 1, "example": "/a/w.csv"},
+    ]
+    merged_rows = [(row["note"], row["files"], row["example"]) for row in _merge_kinds(rows, "note")]
+    assert merged_rows == [("w.csv: y is mirrored", 1, "/a/w.csv"), (rows[0]["note"], 3, "/a/r1.csv")]

@@ -5,7 +5,7 @@ uncertainty.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -29,6 +29,7 @@ from fecontact.features.fleet.open_positions import (
     find_solution_time,
     query_open_causes,
 )
+from fecontact.features.fleet.profile_files import find_kind
 from fecontact.features.fleet.sampling import FAILS, HOLDS, OPEN, UNSOLVED, CaseOf
 from fecontact.features.fleet.screening_rows import FILTER_COLUMNS, NO_CONTACT, REFUSED
 from fecontact.features.fleet.sealed_folder import (
@@ -252,7 +253,7 @@ def evaluate_fleet(folder: Path, case_of: CaseOf | None = None) -> FleetAnswer:
             filters=_query_shares_by_filter(tables),
             worst=query_rows(tables, _WORST_PAIRS),
             strata=[_make_stratum_row(tables, stratum) for stratum in population.strata],
-            files=query_rows(tables, _FILES),
+            files=_merge_kinds(query_rows(tables, _FILES), "reason"),
             notes=_list_notes(tables),
         )
 
@@ -598,4 +599,20 @@ _NOTES = """
 def _list_notes(tables: DuckDBPyConnection) -> list[Record]:
     """Assumptions of readers, a row for each note; empty for a fleet that was screened without notes."""
     names = {row["column_name"] for row in query_rows(tables, "DESCRIBE profiles")}
-    return query_rows(tables, _NOTES) if "reader_notes" in names else []
+    return _merge_kinds(query_rows(tables, _NOTES), "note") if "reader_notes" in names else []
+
+
+def _merge_kinds(rows: Iterable[Record], column: str) -> list[Record]:
+    """Merge the rows of files with texts of equal kind, by `find_kind`.
+
+    A row has the text of most files. Without this, texts that differ only by numbers have a row for each file.
+    """
+    merged_rows: dict[tuple[str, ...], Record] = {}
+    for row in rows:
+        kind = find_kind(row[column], Path(row["example"]).stem)
+        key = (row["body"], row.get("status", ""), kind)
+        sums = {
+            name: merged_rows[key][name] + row[name] for name in row.keys() & {"files", "share"} if key in merged_rows
+        }
+        merged_rows[key] = merged_rows.get(key, row) | sums
+    return sorted(merged_rows.values(), key=lambda row: (row["body"] != "wheel", row.get("status", ""), -row["files"]))

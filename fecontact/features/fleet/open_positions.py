@@ -229,8 +229,9 @@ def _describe_open_cause(row: Record, new_screening_s: float) -> str:
         return f"{remedy} at {row['positions']} (measure up to {profiles} again)"
     cost = f"screening again takes about {format_duration(new_screening_s)} of CPU time"
     if row["value"] == "filter":
-        decided = ", ".join(
-            f"{row[f'decided_by_{column}']} by {length:.1f} mm" for column, length in FILTER_COLUMNS.items()
-        )
-        cost = f"{decided}; {cost}"
+        usual_lengths = [f"{length:.1f} mm" for length in FILTER_COLUMNS.values()]
+        counts = [row[f"decided_by_{column}"] for column in FILTER_COLUMNS]
+        decided = ", ".join(f"{count} by {length}" for count, length in zip(counts, usual_lengths, strict=True))
+        unknown = f"none by {', '.join(usual_lengths)}: the noise of most profiles needs a longer filter"
+        cost = f"{decided if any(counts) else unknown}; {cost}"
     return f"{remedy} at {row['positions']} ({cost})"

@@ -92,8 +92,8 @@ def read_paired_profiles(fleet: Fleet, candidates: Sequence[Candidate], read_fil
         path = fleet.folder / fleet.pairing.table
         listed_pairs = list_table_pairs(path, {(candidate.body, candidate.name) for candidate in candidates})
         names = {name for pair, _ in listed_pairs for name in _name_profiles(pair)}
-        needed = [candidate for candidate in candidates if (candidate.body, candidate.name) in names]
-        profiles = _add_unused(candidates, read_files(needed), f"it is in no pair of {path.name}")
+        paired_candidates = [candidate for candidate in candidates if (candidate.body, candidate.name) in names]
+        profiles = _add_unused(candidates, read_files(paired_candidates), f"it is in no pair of {path.name}")
         refuse_unusable(profiles)
         pairs, share = _weigh_listed_pairs(path, listed_pairs, profiles)
     return PairedProfiles(profiles=profiles, pairs=pairs, suspicious_share=share)

@@ -138,10 +138,36 @@ def list_reasons(profiles: Sequence[ReadProfile], *statuses: str) -> dict[str, s
     }
 
 
+def find_kind(text: str, profile_name: str) -> str:
+    """Kind of a reason or a note: its text without varying parts.
+
+    The varying parts are numbers, paths, quoted texts and the name of the profile.
+
+    Parameters
+    ----------
+    text
+        Reason or note on a file.
+    profile_name
+        Name of the profile.
+
+    Returns
+    -------
+    str
+        Text with `...` in place of these parts.
+
+    Examples
+    --------
+    >>> from fecontact.features.fleet.profile_files import find_kind
+    >>> find_kind("wheel7: 3 points are left out", "wheel7")
+    '...: ... points are left out'
+    """
+    return _VARYING_TEXT.sub("...", re.sub(rf"(?<!\w){re.escape(profile_name)}(?!\w)", "...", text))
+
+
 def group_reasons(reasons: Mapping[str, str]) -> dict[str, str]:
     """First reason of each kind of reasons, by the number and names of its profiles.
 
-    Reasons of a kind differ only by numbers, paths, names and quoted texts.
+    Kinds are by `find_kind`.
 
     Parameters
     ----------
@@ -161,9 +187,7 @@ def group_reasons(reasons: Mapping[str, str]) -> dict[str, str]:
     """
     names_by_kind: dict[str, list[str]] = {}
     for name, reason in reasons.items():
-        own_name = rf"(?<!\w){re.escape(name.partition(' ')[2])}(?!\w)"
-        kind = _VARYING_TEXT.sub("...", re.sub(own_name, "...", reason))
-        names_by_kind.setdefault(kind, []).append(name)
+        names_by_kind.setdefault(find_kind(reason, name.partition(" ")[2]), []).append(name)
     groups = {}
     for names in names_by_kind.values():
         omitted = ", ..." * (len(names) > _MOST_NAMES)

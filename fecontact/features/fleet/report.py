@@ -548,7 +548,7 @@ _FILE_COLUMNS = [
 _NOTE_COLUMNS = [
     text_column("", "body"),
     number_column("files", "files"),
-    text_column("note", "note", wraps=True),
+    text_column("note of the example", "note", wraps=True),
     text_column("example", "example"),
 ]
 

@@ -18,7 +18,7 @@ from fecontact.inputs.user_tables import TableLayout
 from fecontact.profiles.reading import Reading
 
 Body = Literal["wheel", "rail"]
-READ, SUSPICIOUS, REFUSED, UNREAD, UNUSED = "read", "suspicious", "refused", "unread", "unused"
+FILE_STATUSES = READ, SUSPICIOUS, REFUSED, UNREAD, UNUSED = "read", "suspicious", "refused", "unread", "unused"
 """Status of a file: read, left out until its row settles a suspicion, refused for its content, not read for a reason
 that is not in the file, or not read because it is in no pair.
 """

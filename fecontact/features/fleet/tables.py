@@ -24,15 +24,7 @@ from fecontact.features.fleet.sealed_folder import (
     read_record,
 )
 from fecontact.features.fleet.stored_columns import StoredColumn, check_stored_table
-from fecontact.features.fleet.table_columns import (
-    OPPOSITE_COLUMNS,
-    READ,
-    RESULT_COLUMNS,
-    SUSPICIOUS,
-    UNREAD,
-    list_input_kinds,
-)
-from fecontact.features.fleet.table_columns import REFUSED as REFUSED_FILE
+from fecontact.features.fleet.table_columns import FILE_STATUSES, OPPOSITE_COLUMNS, RESULT_COLUMNS, list_input_kinds
 from fecontact.files import write_atomically
 from fecontact.outputs.flat_records import Record
 
@@ -78,7 +70,7 @@ PROFILE_COLUMNS: Mapping[str, StoredColumn] = {
     **dict.fromkeys(("name", "file", "content_hash"), _NAME),
     "weight": StoredColumn(kind="number", required=True, filled=True, low=0.0),
     "body": StoredColumn(kind="text", required=True, filled=True, choices=("wheel", "rail")),
-    "status": StoredColumn(kind="text", required=True, filled=True, choices=(READ, SUSPICIOUS, REFUSED_FILE, UNREAD)),
+    "status": StoredColumn(kind="text", required=True, filled=True, choices=FILE_STATUSES),
     "reason": StoredColumn(kind="text", required=True),
     "remedy": StoredColumn(kind="text", required=True),
     "nominal": StoredColumn(kind="text", required=True),
