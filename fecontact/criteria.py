@@ -5,6 +5,7 @@ No solution depends on them: a solved case can be judged again by different crit
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -131,29 +132,39 @@ class Criteria:
                 raise InputError(f"own has {repeated!r} more than once; give each criterion a different name")
             object.__setattr__(self, "own", tuple(criteria))
         if not self.limits:
-            raise InputError("judged_by is 'own', but there is no own criterion; give own=OwnCriterion(...), in Python")
+            raise InputError(
+                "judged_by is 'own', but there is no own criterion; give own=OwnCriterion(...), in Python, or other"
+                f" measures: {', '.join((*_SETS, *_SETS['all']))}"
+            )
 
     @property
     def limits(self) -> dict[str, float]:
         """Limits of the measures that decide, by the name of the measure."""
         return self.common_limits | {criterion.key: criterion.limit for criterion in self.own or ()}
 
-    def keep_stored_own(self, stored: Criteria) -> Criteria:
-        """Criteria for stored results.
-
-        They have the stored criteria of a user if `own` is None.
+    def apply_change(self, change: Criteria | Mapping[str, Any] | None) -> Criteria:
+        """Criteria of stored results after a change.
 
         Parameters
         ----------
-        stored
-            Criteria with which the results were solved.
+        change
+            Complete criteria, which keep the criteria of the user here if their `own` is None; or the changed values by
+            the names of the fields; or None for no change.
 
         Returns
         -------
         Criteria
-            These criteria, or these criteria with the stored criteria of the user.
+            The changed criteria.
+
+        Examples
+        --------
+        >>> from fecontact.criteria import Criteria
+        >>> Criteria(judged_by=("strength",)).apply_change({"p_max": 0.03}).limits
+        {'p_max_MPa': 0.03}
         """
-        return self if self.own is not None else replace(self, own=stored.own)
+        if isinstance(change, Criteria):
+            return change if change.own is not None else replace(change, own=self.own)
+        return replace(self, **(change or {}))
 
     def refuse_unsendable_own(self) -> None:
         """Refuse criteria of a user with functions that worker processes cannot import.
@@ -312,6 +323,33 @@ class Creep:
     def asked(self) -> bool:
         """Whether forces are to be evaluated."""
         return self.friction is not None
+
+    def apply_change(self, change: Creep | Mapping[str, Any] | None) -> Creep:
+        """Friction and creepages of stored results after a change.
+
+        Parameters
+        ----------
+        change
+            Complete values, without an effect if they have no friction; or the changed values by the names of the
+            fields; or None for no change.
+
+        Returns
+        -------
+        Creep
+            The changed values.
+
+        Raises
+        ------
+        InputError
+            If values are changed and there is no friction.
+        """
+        if isinstance(change, Creep):
+            return change if change.asked else self
+        if not change:
+            return self
+        changed = replace(self, **change)
+        changed.refuse_unheard()
+        return changed
 
     def refuse_unheard(self) -> None:
         """Refuse creepages without friction, and friction that no feature evaluates.

@@ -134,9 +134,7 @@ def test_a_verdict_does_not_hang_on_the_threads_of_who_asks(solved_folder, tmp_p
     monkeypatch.setattr("fecontact.runs.judged_study.has_single_thread", lambda: False)
     with workers.open_evaluators(1, here=False) as map_over:
         assert list(map_over(os.getenv, ["OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"])) == ["1", "1"]
-    monkeypatch.setattr(
-        "fecontact.runs.judged_study.read_case", lambda *a, **options: pytest.fail("read by the caller")
-    )
+    monkeypatch.setattr("fecontact.runs.store.read_case", lambda *a, **options: pytest.fail("read by the caller"))
     (row,) = judge_study(solved_folder, Criteria()).rows
     assert row["verdict_answer"] == "HOLDS"
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from fecontact.commands.solving import FORCES_S, LAWS_S
 from fecontact.console.messages import find_terminal_width, reporting_replaced_files
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _JUDGED_S = 0.1
 
 
-@add_case_options("verdict", "creep")
+@add_case_options("verdict", "creep", of_stored_results=True)
 def judge(
     folder: Path,
     *,
@@ -34,8 +34,11 @@ def judge(
     out: Path | None = None,
     json: bool = False,
     set_in: str | None = None,
+    default_criteria: bool = False,
 ) -> int:
     """Judge stored results by different criteria, or with friction and creepages (no gmsh, no finite elements).
+
+    An option changes only the value that it names; all other limits and criteria stay as they are stored.
 
     Parameters
     ----------
@@ -56,29 +59,37 @@ def judge(
     set_in
         Vehicle-dynamics code, such as CONTACT, SIMPACK or UM: for each case of a study, print the setting of the
         cheapest theory that holds and the numbers to set there, too.
+    default_criteria
+        Replace the stored criteria by the defaults, without own criteria, before the other options apply; with
+        --friction also the stored creepages.
     """
     from fecontact.files import format_json
     from fecontact.outputs.code_settings import settings_lines
-    from fecontact.outputs.words import criteria_text
     from fecontact.regression.tables import load_table
     from fecontact.runs.judged_study import count_judging_processes
     from fecontact.runs.judging_again import judge as judge_stored
     from fecontact.runs.stored_settings import read_settings, refuse_map
 
-    code, case = find_code_to_set(set_in, json=json), options.case()
+    code = find_code_to_set(set_in, json=json)
+    criteria: Any = options.list_values("criteria")
+    creep: Any = options.list_values("creep")
+    has_forces = "friction" in creep
+    if default_criteria:
+        case = options.case()
+        criteria, creep = case.criteria.apply_change({"own": ()}), case.creep
     if code is not None:
         refuse_map(folder)
 
     def before(place_count: int) -> str:
         loads = len(load_table(folder).rows)
-        seconds_per_load = (FORCES_S + LAWS_S * (measure == "theory")) if case.creep.asked else _JUDGED_S
-        seconds = seconds_per_load * loads / count_judging_processes(place_count, case.creep)
+        seconds_per_load = (FORCES_S + LAWS_S * (measure == "theory")) if has_forces else _JUDGED_S
+        seconds = seconds_per_load * loads / count_judging_processes(place_count, has_forces=has_forces)
         unit = "cell" if (folder / "map.json").is_file() else "case"
         return f"{count_text(loads, unit)}: about {format_duration(max(1.0, seconds))}"
 
     with reporting_replaced_files(out), show_job_progress("positions or cases", before=before) as progress:
         judged_results: Judged = judge_stored(
-            folder, case.criteria, creep=case.creep, measure=measure, theory=theory, out=out, progress=progress
+            folder, criteria, creep=creep, measure=measure, theory=theory, out=out, progress=progress
         )
     if json:
         print(format_json(judged_results.record))
@@ -87,9 +98,9 @@ def judge(
     for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
     if not json:
-        print(judged_results.words.format(criteria=criteria_text(judged_results.criteria)))
+        print(judged_results.words)
     if code is not None:
-        for title, settings in read_settings(folder, case.criteria, case.creep if case.creep.asked else None):
+        for title, settings in read_settings(folder, criteria, creep):
             print_parts((f"{title}:", *settings_lines(code, settings)))
     return 0 if judged_results.all_judged else 3
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from cyclopts import App
 
-from fecontact.console.options import COMMON_INPUTS_TITLE, PANELS, TOPICS, find_brief_help
+from fecontact.console.options import COMMON_INPUTS_TITLE, PANELS, STORED_DEFAULT, TOPICS, find_brief_help
 from fecontact.errors import InputError
 from fecontact.inputs.texts import suggest_name
 
@@ -58,8 +58,10 @@ class HelpPage:
             if self.topic:
                 return
             short = [
-                evolve(entry, description=find_brief_help(entry.names[0]) or entry.description)
+                evolve(entry, description=brief_help or entry.description)
                 for entry in panel.entries
+                for is_stored in (STORED_DEFAULT in str(entry.description),)
+                for brief_help in (find_brief_help(entry.names[0], is_stored=is_stored),)
             ]
             panel = panel.copy(entries=short)
         elif self.topic not in (topic, _ALL):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, make_dataclass
+from dataclasses import dataclass, field, make_dataclass, replace
 from functools import cache, cached_property
 from typing import Annotated, Any, Protocol, TypeVar, get_args
 
@@ -19,6 +19,8 @@ from fecontact.inputs.texts import parse_numbers, suggest_name
 Command = TypeVar("Command", bound=Callable[..., int])
 COMMON_INPUTS_TITLE = "Inputs that most runs need"
 """Title of the panel on the first page of help."""
+STORED_DEFAULT = "default as stored"
+"""Text for the default of an option that keeps a stored value."""
 TOPICS = (*get_args(Group), "run")
 """Topics of help: the groups of a case's inputs, and `run` for the options of many cases."""
 PANELS = {
@@ -47,6 +49,20 @@ _BRIEF = {
 
 class CaseOptions(Protocol):
     """Values of the options on the command line."""
+
+    def list_values(self, table: str) -> dict[str, Any]:
+        """List the given values of a table of inputs.
+
+        Parameters
+        ----------
+        table
+            Name of the table, such as `criteria`.
+
+        Returns
+        -------
+        dict
+            Values by the names of the fields, without the options that are not given.
+        """
 
     def case(self) -> Case:
         """Case that the options describe.
@@ -135,13 +151,15 @@ class CaseOption:
         return values
 
 
-def find_brief_help(option: str) -> str:
+def find_brief_help(option: str, *, is_stored: bool) -> str:
     """Help of an option on the first page.
 
     Parameters
     ----------
     option
         Name of the option on the command line.
+    is_stored
+        Whether an option that is not given keeps its stored value.
 
     Returns
     -------
@@ -149,7 +167,7 @@ def find_brief_help(option: str) -> str:
         Help in a single line; empty if the first page does not have the option.
     """
     helps = (
-        f"{_BRIEF[slot.place]} [{slot.shown_default}]"
+        f"{_BRIEF[slot.place]} [{'as stored' if is_stored else slot.shown_default}]"
         for slot in INPUTS
         if slot.place in _BRIEF and option in slot.names
     )
@@ -222,7 +240,7 @@ def _all_options() -> tuple[CaseOption, ...]:
     )
 
 
-def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
+def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool, default: str = "") -> str:
     """Help text of an option with its allowed values and its default.
 
     Parameters
@@ -231,9 +249,11 @@ def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
         Inputs of the option.
     is_for_both
         Whether the option sets the inputs of both bodies.
+    default
+        Text for the default; the default of the input if it is empty.
     """
     slot = slots[0]
-    description, default = slot.input, f"default {slot.shown_default}"
+    description, default = slot.input, default or f"default {slot.shown_default}"
     if slot.option:
         names = ",".join(f"{member.stems[0]}=..." for member in slots)
         return f"Opposite side of the wheelset, if it differs: one or more of {names}; {default}."
@@ -245,20 +265,28 @@ def _format_help(slots: Sequence[InputPlace], *, is_for_both: bool) -> str:
     return f"{description.help}{f' ({slot.body})' if slot.body else ''}: {description.domain}; {default}{alternative}."
 
 
-def add_case_options(*groups: Group) -> Callable[[Command], Command]:
+def add_case_options(*groups: Group, of_stored_results: bool = False) -> Callable[[Command], Command]:
     """Decorator that gives a command the options of some groups as its parameter `options`.
 
     Parameters
     ----------
     groups
         Groups of a case's inputs.
+    of_stored_results
+        Whether an option that is not given keeps its stored value.
 
     Returns
     -------
     Callable
         Decorator of a command.
     """
-    options_class = _make_options_class(select_options(*groups))
+    options = select_options(*groups)
+    if of_stored_results:
+        options = tuple(
+            replace(option, help=_format_help(option.slots, is_for_both=False, default=STORED_DEFAULT))
+            for option in options
+        )
+    options_class = _make_options_class(options)
 
     def decorate(command: Command) -> Command:
         function: Any = command
@@ -273,12 +301,21 @@ def add_case_options(*groups: Group) -> Callable[[Command], Command]:
 def _make_options_class(options: Sequence[CaseOption]) -> Any:
     """Class with the values of options; each value is None by default."""
 
-    def case(option_values: Any) -> Case:
-        """Case with the inputs of all options that are given."""
+    def collect_values(option_values: Any) -> dict[InputPlace, Any]:
+        """Values of all options that are given, by input."""
         values: dict[InputPlace, Any] = {}
         for option in options:
             if (value := getattr(option_values, option.attribute)) is not None:
                 values |= value if isinstance(value, Mapping) else dict.fromkeys(option.slots, value)
+        return values
+
+    def list_values(option_values: Any, table: str) -> dict[str, Any]:
+        """Given values of a table of inputs, by field."""
+        return {slot.field: value for slot, value in collect_values(option_values).items() if slot.table == table}
+
+    def case(option_values: Any) -> Case:
+        """Case with the inputs of all options that are given."""
+        values = collect_values(option_values)
         case = make_case(values)
         if any(option.slots[0].field == "rail" for option in options):
             _refuse_unused_reading(case, values)
@@ -293,7 +330,12 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
         eq=False,
         # cyclopts ignores the fields of classes in the module "types", so the class gets the name of this module.
         # Without `__doc__` the dataclass would generate a docstring.
-        namespace={"case": case, "__module__": __name__, "__doc__": "Options as they were given."},
+        namespace={
+            "case": case,
+            "list_values": list_values,
+            "__module__": __name__,
+            "__doc__": "Options as they were given.",
+        },
     )
     return Parameter(name="*")(values)
 

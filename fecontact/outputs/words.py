@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import tomllib
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
 
 from fecontact.criteria import Criteria
+from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import relative_name
 from fecontact.own_criterion import is_own, is_own_relative, split_own_measure
 
@@ -182,6 +184,23 @@ def criteria_text(criteria: Criteria) -> str:
     """
     limits_of_measures = ((MEASURE_WORDS[measure], limit) for measure, limit in criteria.limits.items())
     return ", ".join(f"{words.short} {words.limit_text(limit)}" for words, limit in limits_of_measures)
+
+
+def list_criteria_texts(criteria_of_cases: Iterable[Criteria]) -> list[str]:
+    """Texts for the criteria of several cases, each set once.
+
+    Parameters
+    ----------
+    criteria_of_cases
+        Criteria of each case.
+
+    Returns
+    -------
+    list of str
+        Texts as from `criteria_text`; if there are several sets, each with its number of cases.
+    """
+    counts = Counter(map(criteria_text, criteria_of_cases))
+    return [f"{text} ({count_text(count, 'case')})" if len(counts) > 1 else text for text, count in counts.items()]
 
 
 def limits_text(criteria: Criteria) -> str:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +18,16 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
+from fecontact.outputs.words import list_criteria_texts
 from fecontact.runs.casefile import list_feature_result_files, list_result_files
 from fecontact.runs.report import report_judged
-from fecontact.runs.store import RECORD_FILE, ROW_FILE, collect_stored_own, name_case_folder, read_case
+from fecontact.runs.store import (
+    RECORD_FILE,
+    ROW_FILE,
+    ChangedCase,
+    name_case_folder,
+    read_stored_inputs,
+)
 from fecontact.runs.stored_folder import describe_unusable_result, read_stored_study
 
 # Number of cases from which on processes save time: a case takes some hundredths of a second, with creep forces
@@ -43,19 +49,20 @@ class JudgedStudy:
         Old and new verdict by id, for cases with two different verdicts.
     missing
         Number of cases of the study without a row, since the study still runs or was interrupted.
-    criteria
-        Criteria by which the cases were judged.
+    case_criteria
+        Criteria by which each judged case was judged, by id.
     """
 
     rows: tuple[Row, ...]
     changed: dict[str, tuple[str, str]]
     missing: int = 0
-    criteria: Criteria = field(default_factory=Criteria)
+    case_criteria: Mapping[str, Criteria]
 
     @property
     def problems(self) -> tuple[str, ...]:
         """Criteria of a user that were not judged, with the reason; all other rows have a status."""
-        return self.criteria.unavailable_own
+        messages = (message for criteria in self.case_criteria.values() for message in criteria.unavailable_own)
+        return tuple(dict.fromkeys(messages))
 
     @property
     def all_judged(self) -> bool:
@@ -70,7 +77,8 @@ class JudgedStudy:
         if self.missing:
             all_cases = count_text(len(self.rows) + self.missing, "case")
             cases = f"{len(self.rows)} of {all_cases} ({self.missing} not solved yet)"
-        return f"{cases} judged by {{criteria}}: {changed} changed" + (
+        texts = " and ".join(list_criteria_texts(self.case_criteria.values()))
+        return f"{cases} judged{' by ' * bool(texts)}{texts}: {changed} changed" + (
             f", {unjudged_count} not judged" if unjudged_count else ""
         )
 
@@ -98,24 +106,22 @@ class JudgedStudy:
 
 def judge_study(
     folder: str | Path,
-    criteria: Criteria,
+    criteria: Criteria | Mapping[str, Any] | None = None,
     out: Path | None = None,
     *,
-    creep: Creep | None = None,
+    creep: Creep | Mapping[str, Any] | None = None,
     progress: Progress | None = None,
 ) -> JudgedStudy:
-    """Judge the cases of a stored study, or a single stored case, by given criteria.
+    """Judge the cases of a stored study, or a single stored case, by changed criteria.
 
     Parameters
     ----------
     folder
         Folder of the study or the case.
-    criteria
-        Criteria.
+    criteria, creep
+        Changes of the stored criteria, and of the stored friction and creepages, of each case.
     out
         Folder for `study.csv`, `study.json`, `study.png` and `report.html` of the new verdicts; the old files stay.
-    creep
-        Friction and creepages; the stored values of each case if not given.
     progress
         Receives the progress.
 
@@ -132,8 +138,13 @@ def judge_study(
     folder = Path(folder)
     refuse_output_folder(folder, out)
     name, before, folders, cases = list_stored_cases(folder)
-    criteria = collect_stored_own(folders, criteria)
-    rows = _judge_rows(before, folders, criteria, creep, progress)
+    open_rows = [_row_without_verdict(old, case_folder) for old, case_folder in zip(before, folders, strict=True)]
+    # the functions of stored criteria are found here, because workers have not imported their modules
+    changed_cases = [
+        None if row is not None else _change_case(case_folder, criteria, creep)
+        for row, case_folder in zip(open_rows, folders, strict=True)
+    ]
+    rows = _judge_rows(before, open_rows, changed_cases, progress)
     changed = {
         str(new["id"]): (str(old["verdict_answer"]), str(new["verdict_answer"]))
         for old, new in zip(before, rows, strict=True)
@@ -141,12 +152,28 @@ def judge_study(
     }
     if out is not None:
         write_tables(name, cases, rows, out / "study")
-        report_judged(name, rows, folders, out, criteria, creep)
+        report_judged(name, rows, folders, out, changed_cases)
     return JudgedStudy(
         rows=tuple(rows),
         changed=changed,
         missing=cases - len(rows),
-        criteria=criteria,
+        case_criteria={
+            str(row["id"]): changed_case.criteria
+            for row, changed_case in zip(rows, changed_cases, strict=True)
+            if changed_case is not None
+        },
+    )
+
+
+def _change_case(
+    folder: Path, criteria: Criteria | Mapping[str, Any] | None, creep: Creep | Mapping[str, Any] | None
+) -> ChangedCase:
+    """Stored case with the changes of its criteria and creepages."""
+    stored_case = read_stored_inputs(folder)
+    return ChangedCase(
+        folder=folder,
+        criteria=stored_case.criteria.apply_change(criteria),
+        creep=stored_case.creep.apply_change(creep),
     )
 
 
@@ -176,7 +203,10 @@ def list_stored_cases(folder: Path) -> tuple[str, Sequence[Row], list[Path], int
 
 
 def _judge_rows(
-    before: Sequence[Row], folders: Sequence[Path], criteria: Criteria, creep: Creep | None, progress: Progress | None
+    before: Sequence[Row],
+    rows: Sequence[Row | None],
+    changed_cases: Sequence[ChangedCase | None],
+    progress: Progress | None,
 ) -> list[Row]:
     """Judge the stored cases of a study again, in several processes if they are many.
 
@@ -184,12 +214,10 @@ def _judge_rows(
     ----------
     before
         Rows of the study, a row per case.
-    folders
-        Folder of each case.
-    criteria
-        Criteria of the new verdicts.
-    creep
-        Friction and creepages; None for the stored values of each case.
+    rows
+        New rows of the cases that cannot be judged; None for the other cases.
+    changed_cases
+        Cases with their new criteria; None for the cases that cannot be judged.
     progress
         Receives the number of judged cases.
 
@@ -199,11 +227,11 @@ def _judge_rows(
         New rows in the order of the cases. A case that has failed keeps its row; a case whose files are missing or
         damaged has a row with this reason as its status.
     """
-    rows = [_row_without_verdict(old, folder) for old, folder in zip(before, folders, strict=True)]
-    open_folders = [folder for folder, row in zip(folders, rows, strict=True) if row is None]
-    with judges(len(open_folders), creep) as map_over:
-        judged_rows = map_over(partial(_judge_row, criteria=criteria, creep=creep), open_folders)
-        remaining_rows = iter(list(report_progress(judged_rows, len(open_folders), progress, "judging")))
+    judged_cases = [changed_case for changed_case in changed_cases if changed_case is not None]
+    has_forces = any(changed_case.creep.asked for changed_case in judged_cases)
+    with judges(len(judged_cases), has_forces=has_forces) as map_over:
+        judged_rows = map_over(_judge_row, judged_cases)
+        remaining_rows = iter(list(report_progress(judged_rows, len(judged_cases), progress, "judging")))
     return [
         {
             "id": old["id"],
@@ -216,7 +244,7 @@ def _judge_rows(
     ]
 
 
-def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
+def judges(count: int, *, has_forces: bool) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
     """Open a function like `map` for judging.
 
     It runs on a single thread, as the workers that solved.
@@ -225,24 +253,24 @@ def judges(count: int, creep: Creep | None) -> AbstractContextManager[Callable[.
     ----------
     count
         Number of cases or positions.
-    creep
-        Friction and creepages.
+    has_forces
+        Whether creep forces are evaluated.
 
     Returns
     -------
     context manager
         Yields the function; it works in this process if processes would save no time.
     """
-    return open_evaluators(count, here=_is_done_here(count, creep))
+    return open_evaluators(count, here=_is_done_here(count, has_forces=has_forces))
 
 
-def count_judging_processes(count: int, creep: Creep | None) -> int:
-    """Number of processes that judge a number of cases."""
-    return 1 if _is_done_here(count, creep) else min(count_default_workers(), count)
+def count_judging_processes(count: int, *, has_forces: bool) -> int:
+    """Number of processes that judge a number of cases, with or without creep forces."""
+    return 1 if _is_done_here(count, has_forces=has_forces) else min(count_default_workers(), count)
 
 
-def _is_done_here(count: int, creep: Creep | None) -> bool:
-    worthwhile_count = _WORTH_PROCESSES // (20 if creep is not None and creep.asked else 1)
+def _is_done_here(count: int, *, has_forces: bool) -> bool:
+    worthwhile_count = _WORTH_PROCESSES // (20 if has_forces else 1)
     return count < worthwhile_count and has_single_thread()
 
 
@@ -255,8 +283,8 @@ def _row_without_verdict(old: Row, folder: Path) -> Row | None:
     return None if problem is None else {"id": old["id"], "status": describe_failure(problem), **inputs}
 
 
-def _judge_row(folder: Path, criteria: Criteria, creep: Creep | None) -> Row:
-    return case_row(read_case(folder, criteria=criteria, creep=creep))
+def _judge_row(changed_case: ChangedCase) -> Row:
+    return case_row(changed_case.read())
 
 
 def refuse_output_folder(folder: Path, out: Path | None) -> None:

@@ -19,10 +19,6 @@ class Judged(Protocol):
     """Results by different criteria, with their descriptions."""
 
     @property
-    def criteria(self) -> Criteria:
-        """Criteria of the verdicts."""
-
-    @property
     def all_judged(self) -> bool:
         """Whether all results were judged and may be used."""
 
@@ -32,7 +28,7 @@ class Judged(Protocol):
 
     @property
     def words(self) -> str:
-        """Description of the judged results; {criteria} is the place of the criteria."""
+        """Description of the judged results, with their criteria."""
 
     @property
     def record(self) -> Mapping[str, Any]:
@@ -55,9 +51,9 @@ class Judged(Protocol):
 
 def judge(
     folder: str | Path,
-    criteria: Criteria | None = None,
+    criteria: Criteria | Mapping[str, Any] | None = None,
     *,
-    creep: Creep | None = None,
+    creep: Creep | Mapping[str, Any] | None = None,
     measure: str = "pressure",
     theory: str = HERTZ,
     out: str | Path | None = None,
@@ -70,9 +66,11 @@ def judge(
     folder
         Folder that fecontact wrote; it stays unchanged.
     criteria
-        Criteria; the defaults if not given. Stored criteria of a user stay if `own` is None.
+        The stored criteria of each case if not given. `{"p_max": 0.03}` changes the named values of the stored
+        criteria. `Criteria(...)` gives all criteria: values that it does not name have their defaults, and stored
+        criteria of a user stay if `own` is None.
     creep
-        Friction and creepages; without friction the stored values of each case are used.
+        Friction and creepages, with the same forms; without friction the stored values of each case are used.
     measure
         Measure of a map; for `theory` with friction the laws of creep forces are judged too.
     theory
@@ -90,8 +88,8 @@ def judge(
     Raises
     ------
     InputError
-        If the folder holds no results or is `out`, for creepages without friction, and for a measure that needs
-        friction if there is none.
+        If the folder holds no results or is `out`, for unrecognised names, for creepages without friction, and for a
+        measure that needs friction if there is none.
 
     Examples
     --------
@@ -105,17 +103,25 @@ def judge(
     ('HOLDS', 'UNRESOLVED')
     """
     folder, out = Path(folder), None if out is None else Path(out)
-    criteria, creep = criteria or Criteria(), creep or Creep()
-    creep.refuse_unheard()
-    criteria.refuse_unsendable_own()
-    given_creep = creep if creep.asked else None
+    _refuse_other_kind("criteria", criteria, Criteria)
+    _refuse_other_kind("creep", creep, Creep)
+    if isinstance(creep, Creep):
+        creep.refuse_unheard()
+    new_own = criteria.own if isinstance(criteria, Criteria) else (criteria or {}).get("own")
+    Criteria(own=new_own).refuse_unsendable_own()
     refuse_output_folder(folder, out)
     if (folder / "map.json").is_file():
-        return judge_map(folder, criteria, out, creep=given_creep, measure=measure, theory=theory, progress=progress)
+        return judge_map(folder, criteria, out, creep=creep, measure=measure, theory=theory, progress=progress)
     if measure != "pressure" or theory != HERTZ:
         what = f"measure is {measure!r}" if measure != "pressure" else f"theory is {theory!r}"
         raise InputError(
             f"{what}, but {folder} is not a map (no map.json); leave it out: the tables of a study or a case have all"
             " theories, and with --friction also forces"
         )
-    return judge_study(folder, criteria, out, creep=given_creep, progress=progress)
+    return judge_study(folder, criteria, out, creep=creep, progress=progress)
+
+
+def _refuse_other_kind(name: str, change: Any, kind: type) -> None:
+    """Refuse a change that is neither a `kind` nor a mapping nor None."""
+    if change is not None and not isinstance(change, kind | Mapping):
+        raise InputError(f"{name} is {change!r:.80}; allowed: a {kind.__name__}(...), or changed values by their names")

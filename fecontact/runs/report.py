@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from fecontact.criteria import Creep, Criteria
+from fecontact.criteria import Criteria
 from fecontact.errors import is_usable_status
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.cases import ReportedCase
@@ -17,7 +17,14 @@ from fecontact.outputs.records.results import Row, result_record
 from fecontact.outputs.study_report import DrawnCase, read_reported_case, rows_by_utilisation, write_study_report
 from fecontact.runs.casefile import Study
 from fecontact.runs.identity import make_case_id
-from fecontact.runs.store import CaseRecords, name_case_folder, read_case, seal_case, write_case_records, write_solution
+from fecontact.runs.store import (
+    CaseRecords,
+    ChangedCase,
+    name_case_folder,
+    seal_case,
+    write_case_records,
+    write_solution,
+)
 from fecontact.solving.placing import place_case
 from fecontact.solving.solve import CaseResult
 
@@ -117,7 +124,11 @@ def keep_with_report(result: CaseResult, case_records: CaseRecords, folder: Path
 
 
 def report_judged(
-    name: str, rows: Sequence[Row], folders: Sequence[Path], out: Path, criteria: Criteria, creep: Creep | None
+    name: str,
+    rows: Sequence[Row],
+    folders: Sequence[Path],
+    out: Path,
+    changed_cases: Sequence[ChangedCase | None],
 ) -> Path:
     """Write the report, and the picture, of rows that were judged by different criteria.
 
@@ -133,10 +144,8 @@ def report_judged(
         Folders of the cases, a folder per row.
     out
         Folder for the report.
-    criteria
-        New criteria.
-    creep
-        New friction and creepages; None for the stored ones.
+    changed_cases
+        Cases with their new criteria, a case per row; None for rows without a result.
 
     Returns
     -------
@@ -145,15 +154,17 @@ def report_judged(
     """
     rails = {str(row["rail"]) for row in rows}
     pictured_rows = rows_by_utilisation(_select_usable(rows), _MAX_JUDGED_PICTURES)
+    distinct_criteria = {changed_case.criteria for changed_case in changed_cases if changed_case is not None}
+    criteria = distinct_criteria.pop() if len(distinct_criteria) == 1 else None
     shown_pair = None
     with TemporaryDirectory() as temporary:
         cases = []
-        for row, folder in zip(rows, folders, strict=True):
-            if row not in pictured_rows:
+        for row, folder, changed_case in zip(rows, folders, changed_cases, strict=True):
+            if row not in pictured_rows or changed_case is None:
                 stored_case = read_reported_case(row, folder)
                 cases.append(ReportedCase(row=row, record={"solver": stored_case.record.get("solver", {})}))
                 continue
-            result = read_case(folder, criteria=criteria, creep=creep)
+            result = changed_case.read()
             path = write_case_figure(result, Path(temporary) / str(row["id"]) / "case.png", svg=False)
             relief = relief_picture(result.load, result.placement) if len(rows) == 1 else None
             cases.append(ReportedCase(row=row, record=result_record(result), picture=path, relief=relief))

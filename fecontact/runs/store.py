@@ -7,7 +7,7 @@ them. Results are judged again from them, by different criteria or a newer evalu
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from functools import partial
@@ -37,7 +37,6 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
-from fecontact.own_criterion import restore_criterion
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import file_of_identity, is_library_name, read_content
 from fecontact.profiles.reading import is_short_form
@@ -140,36 +139,6 @@ def judge_again(read_result: Callable[..., Solved], finished: Path, case: Case) 
     placement = result.placement
     is_refined_further = placement is not None and any(would_be_refined(load, placement) for load in result.solved)
     return None if is_refined_further else result
-
-
-def collect_stored_own(folders: Iterable[Path], criteria: Criteria) -> Criteria:
-    """Criteria for stored results.
-
-    They have all stored criteria of users if `own` is None.
-
-    Parameters
-    ----------
-    folders
-        Folders of stored cases.
-    criteria
-        Criteria by which the cases are judged.
-
-    Returns
-    -------
-    Criteria
-        The given criteria if they have criteria of a user, or none is stored.
-    """
-    if criteria.own is not None:
-        return criteria
-    own_records = [
-        own_record
-        for folder in folders
-        if (folder / SOLUTION_FILE).is_file()
-        for own_record in read_solution(folder)["case"]["criteria"].get("own", ())
-    ]
-    records_by_name = {str(own_record.get("name")): own_record for own_record in own_records}
-    own_criteria = tuple(map(restore_criterion, records_by_name.values()))
-    return replace(criteria, own=own_criteria or None)
 
 
 def refuse_changed_profiles(case: Case, name: str, loads_N: Sequence[float] = ()) -> None:
@@ -459,6 +428,27 @@ def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Cr
     return read_stored(_restore_case, Path(folder), criteria, creep)
 
 
+@dataclass(frozen=True, kw_only=True)
+class ChangedCase:
+    """Stored case that is judged by changed criteria.
+
+    Attributes
+    ----------
+    folder
+        Folder of the case.
+    criteria, creep
+        Changed criteria, friction and creepages.
+    """
+
+    folder: Path
+    criteria: Criteria
+    creep: Creep
+
+    def read(self) -> CaseResult:
+        """Read the case and judge it, as `read_case` does."""
+        return read_case(self.folder, criteria=self.criteria, creep=self.creep)
+
+
 def read_stored(
     make_result: Callable[[StoredPosition], Result], folder: Path, criteria: Criteria | None, creep: Creep | None
 ) -> Result:
@@ -486,7 +476,7 @@ def read_stored(
     record = read_solution(folder)
     with refuse_changed_files(folder, "solve it again"):
         stored_case = read_stored_case(folder, record["case"])
-        new_criteria = stored_case.criteria if criteria is None else criteria.keep_stored_own(stored_case.criteria)
+        new_criteria = stored_case.criteria.apply_change(criteria)
         case = replace(stored_case, criteria=new_criteria, creep=creep or stored_case.creep)
         placement = None if record["placement"] is None else restore_placement(case, record["placement"])
         return make_result(
@@ -573,6 +563,29 @@ def read_solution(folder: Path) -> Mapping[str, Any]:
     if not isinstance(record, Mapping) or schema != SCHEMA:
         raise InputError(f"{path}: the layout is {schema}; allowed: {SCHEMA}; solve it again")
     return record
+
+
+def read_stored_inputs(folder: Path) -> Case:
+    """Read the case of a stored result, with the stored profiles as its files.
+
+    Parameters
+    ----------
+    folder
+        Folder of the result.
+
+    Returns
+    -------
+    Case
+        The case.
+
+    Raises
+    ------
+    InputError
+        If the folder has another layout, or was changed.
+    """
+    record = read_solution(folder)
+    with refuse_changed_files(folder, "solve it again"):
+        return read_stored_case(folder, record["case"])
 
 
 def read_stored_case(folder: Path, record: Mapping[str, Any]) -> Case:

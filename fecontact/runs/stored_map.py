@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from fecontact.contact_theories.registry import HERTZ
 from fecontact.criteria import Creep, Criteria
@@ -24,12 +24,18 @@ from fecontact.maps.views import refuse_measure
 from fecontact.maps.yaw_map import MapResult, YawMap
 from fecontact.maps.yaw_records import YAW_MAP_SCHEMA, build_result_record
 from fecontact.outputs.parts import Part
+from fecontact.outputs.words import criteria_text
 from fecontact.runs.judged_study import judges
 from fecontact.runs.map_positions import name_position_folder, read_position
-from fecontact.runs.store import read_solution, read_stored_case, refuse_changed_files
+from fecontact.runs.store import read_stored_inputs, refuse_changed_files
 from fecontact.runs.stored_folder import describe_unusable_result, read_sealed_document
 
-OpenJudges = Callable[[int], AbstractContextManager[Callable[..., Iterable[Any]]]]
+
+class OpenJudges(Protocol):
+    """Function that opens a function like `map`."""
+
+    def __call__(self, count: int, *, has_forces: bool) -> AbstractContextManager[Callable[..., Iterable[Any]]]:
+        """Open the function for a number of positions, with or without creep forces."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,11 +58,6 @@ class JudgedMap:
     theory: str = HERTZ
 
     @property
-    def criteria(self) -> Criteria:
-        """Criteria of the verdicts."""
-        return self.map.case.criteria
-
-    @property
     def all_judged(self) -> bool:
         """Whether every cell was judged and may be used."""
         return self.map.all_solved and not self.map.case.criteria.unavailable_own
@@ -64,7 +65,7 @@ class JudgedMap:
     @property
     def words(self) -> str:
         """Number of judged cells, in words."""
-        return f"{count_text(len(self.map.cells), 'cell')} judged by {{criteria}}"
+        return f"{count_text(len(self.map.cells), 'cell')} judged by {criteria_text(self.map.case.criteria)}"
 
     @property
     def record(self) -> Mapping[str, Any]:
@@ -113,15 +114,15 @@ def load_map(folder: Path) -> MapResult:
 
 def judge_map(
     folder: Path,
-    criteria: Criteria,
+    criteria: Criteria | Mapping[str, Any] | None = None,
     out: Path | None = None,
     *,
-    creep: Creep | None = None,
+    creep: Creep | Mapping[str, Any] | None = None,
     measure: str = "pressure",
     theory: str = HERTZ,
     progress: Progress | None = None,
 ) -> JudgedMap:
-    """Judge a stored map by given criteria, and with friction and creepages.
+    """Judge a stored map by changed criteria, and with friction and creepages.
 
     A load limit is as sharp as the loads that were solved.
 
@@ -129,12 +130,10 @@ def judge_map(
     ----------
     folder
         Folder of the map.
-    criteria
-        Criteria.
+    criteria, creep
+        Changes of the stored criteria, and of the stored friction and creepages.
     out
         Folder for the files of the new map; for the measure `theory` with friction also for the laws of creep forces.
-    creep
-        Friction and creepages; the stored values if not given.
     measure
         Measure of the printed map.
     theory
@@ -152,10 +151,7 @@ def judge_map(
     InputError
         If the folder holds no map, or for a measure that needs friction if there is none.
     """
-    open_judges = partial(judges, creep=creep)
-    new_map, problems = read_map(
-        folder, criteria, creep, dear=measure == "theory", judges=open_judges, progress=progress
-    )
+    new_map, problems = read_map(folder, criteria, creep, dear=measure == "theory", judges=judges, progress=progress)
     refuse_measure(new_map.case, measure, theory)
     if out is not None:
         write_map(new_map, out, theory=theory)
@@ -196,11 +192,11 @@ _Place: TypeAlias = tuple[int, float]
 
 def read_map(
     folder: Path,
-    criteria: Criteria | None = None,
-    creep: Creep | None = None,
+    criteria: Criteria | Mapping[str, Any] | None = None,
+    creep: Creep | Mapping[str, Any] | None = None,
     *,
     dear: bool = False,
-    judges: OpenJudges = lambda count: nullcontext(map),
+    judges: OpenJudges = lambda count, has_forces: nullcontext(map),
     progress: Progress | None = None,
 ) -> tuple[MapResult, dict[str, str]]:
     """Read a finished map, and find positions that cannot be used.
@@ -210,11 +206,11 @@ def read_map(
     folder
         Folder of the map.
     criteria, creep
-        Criteria, and friction with creepages; the values of the map if not given.
+        Changes of the stored criteria, and of the stored friction and creepages.
     dear
         Whether to include the readings of features that take seconds per load.
     judges
-        Opens a function like `map` for a given number of positions.
+        Opens a function like `map` for a given number of positions, with or without creep forces.
     progress
         Receives the progress.
 
@@ -243,9 +239,19 @@ def read_map(
             if (problem := describe_unusable_result(position_path))
         }
         usable = {place: position_path for place, position_path in folders.items() if place not in problems}
-        position_criteria = _find_functions(next(iter(usable.values()), None), criteria)
-        read_folder = partial(_try_position, criteria=position_criteria, creep=creep, dear=dear)
-        with judges(len(usable)) as map_over:
+        if not usable:
+            reason = next(iter(problems.values()), "the map has no position")
+            raise InputError(f"{folder}: no position of the map can be judged ({reason})")
+        # all positions have the criteria of the first; workers have not imported the functions of a user's criteria
+        stored_case = read_stored_inputs(usable[min(usable)])
+        base_case = replace(
+            stored_case,
+            lateral_shift_mm=0.0,
+            criteria=stored_case.criteria.apply_change(criteria),
+            creep=stored_case.creep.apply_change(creep),
+        )
+        read_folder = partial(_try_position, criteria=base_case.criteria, creep=base_case.creep, dear=dear)
+        with judges(len(usable), has_forces=base_case.creep.asked) as map_over:
             judged_positions = report_progress(map_over(read_folder, usable.values()), len(usable), progress, "judging")
             results: dict[_Place, MapPosition | str] = dict(zip(usable, judged_positions, strict=True))
         problems |= {place: result for place, result in results.items() if isinstance(result, str)}
@@ -253,14 +259,6 @@ def read_map(
         if not positions:
             reason = next(iter(problems.values()), "the map has no position")
             raise InputError(f"{folder}: no position of the map can be judged ({reason})")
-        first = usable[min(positions)]
-        stored_base_case = read_stored_case(first, read_solution(first)["case"])
-        base_case = replace(
-            stored_base_case,
-            lateral_shift_mm=0.0,
-            criteria=position_criteria or stored_base_case.criteria,
-            creep=creep or stored_base_case.creep,
-        )
         maps = tuple(
             ApplicabilityMap(
                 case=replace(base_case, yaw_rad=single_document["case"]["yaw_rad"]),
@@ -277,19 +275,6 @@ def read_map(
         )
         map_result = YawMap(maps=maps) if document["schema"] == YAW_MAP_SCHEMA else maps[0]
         return map_result, {str(folders[place]): problem for place, problem in problems.items()}
-
-
-def _find_functions(folder: Path | None, criteria: Criteria | None) -> Criteria | None:
-    """Criteria, and the functions of the stored criteria of a user; None for the stored criteria without a function.
-
-    Workers have not imported the modules of these functions. All positions of a map have the criteria of the first.
-    """
-    if folder is None:
-        return criteria
-    stored = read_stored_case(folder, read_solution(folder)["case"]).criteria
-    if criteria is None:
-        return stored if stored.own else None
-    return criteria.keep_stored_own(stored)
 
 
 def _try_position(folder: Path, **settings: Any) -> MapPosition | str:

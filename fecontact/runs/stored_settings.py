@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from fecontact.criteria import Creep, Criteria
 from fecontact.errors import InputError, has_numbers
@@ -12,7 +13,7 @@ from fecontact.outputs.case_words import case_words
 from fecontact.outputs.code_settings import PositionSettings, settings_of_result
 from fecontact.outputs.records.results import result_record
 from fecontact.runs.judged_study import list_stored_cases
-from fecontact.runs.store import read_case, read_solution, read_stored_case
+from fecontact.runs.store import read_case, read_stored_inputs
 from fecontact.runs.stored_folder import describe_unusable_result
 
 
@@ -39,7 +40,9 @@ def refuse_map(folder: Path) -> None:
 
 
 def read_settings(
-    folder: Path, criteria: Criteria, creep: Creep | None = None
+    folder: Path,
+    criteria: Criteria | Mapping[str, Any] | None = None,
+    creep: Creep | Mapping[str, Any] | None = None,
 ) -> Iterator[tuple[str, PositionSettings]]:
     """Iterate over the settings of the cases of a stored study or case.
 
@@ -48,9 +51,9 @@ def read_settings(
     folder
         Folder of the study or the case.
     criteria
-        Criteria by which the cheapest theory holds.
+        Change of the stored criteria, by which the cheapest theory holds.
     creep
-        Friction for the code; the stored value of each case if not given.
+        Change of the stored friction, for the code.
 
     Yields
     ------
@@ -67,8 +70,8 @@ def read_settings(
         if not has_numbers(row) or describe_unusable_result(case_folder) is not None:
             continue
         # without friction no creep forces are computed, which take seconds
-        result = read_case(case_folder, criteria=criteria, creep=Creep())
+        stored_case = read_stored_inputs(case_folder)
+        result = read_case(case_folder, criteria=stored_case.criteria.apply_change(criteria), creep=Creep())
         record = result_record(result)
-        stored_creep = read_stored_case(case_folder, read_solution(case_folder)["case"]).creep
-        case = replace(result.case, creep=creep or stored_creep)
+        case = replace(result.case, creep=stored_case.creep.apply_change(creep))
         yield case_words(record["case"]), settings_of_result(case, record)
