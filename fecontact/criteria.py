@@ -5,7 +5,7 @@ No solution depends on them: a solved case can be judged again by different crit
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -177,15 +177,33 @@ class Criteria:
         for criterion in self.own or ():
             criterion.refuse_unsendable()
 
-    @property
-    def unavailable_own(self) -> tuple[str, ...]:
-        """Messages about criteria of a user without a function in this process, with the remedy."""
-        return tuple(
-            f"own criterion {criterion.name} is not judged: {criterion.function.reason}; to judge by it, use"
-            " fecontact.judge(FOLDER, fecontact.Criteria(own=...)) in Python"
-            for criterion in self.own or ()
-            if isinstance(criterion.function, UnavailableFunction)
-        )
+    def describe_unavailable_own(self, stored_measures: Collection[str]) -> tuple[list[str], list[str]]:
+        """Describe the criteria of a user without a function in this process, with the remedy.
+
+        Parameters
+        ----------
+        stored_measures
+            Names of the measures with stored values.
+
+        Returns
+        -------
+        tuple of list of str
+            Messages about criteria with stored values, and about criteria that are not judged.
+        """
+        stored_texts, unjudged_texts = [], []
+        for criterion in self.own or ():
+            if not isinstance(criterion.function, UnavailableFunction):
+                continue
+            remedy = "fecontact.judge(FOLDER, fecontact.Criteria(own=...)) in Python"
+            reason = f"own criterion {criterion.name}: {criterion.function.reason}"
+            if criterion.key in stored_measures:
+                stored_texts.append(
+                    f"{reason}; its stored values are used, with its stored limit; to judge by a different limit or"
+                    f" function, use {remedy}"
+                )
+            else:
+                unjudged_texts.append(f"{reason}, and no values are stored; to judge by it, use {remedy}")
+        return stored_texts, unjudged_texts
 
     @property
     def own_measures(self) -> list[str]:

@@ -19,6 +19,7 @@ def find_record_faults(record: Mapping[str, Any]) -> list[str]:
     ]
 
 
-def find_undeclared_columns(columns: Iterable[str]) -> set[str]:
-    """Columns that are not declared."""
-    return set(columns) - {*row_column_meanings(), *list_columns("of_load"), *list_columns("of_case")}
+def find_undeclared_columns(columns: Iterable[str], own_measures: Iterable[str] = ()) -> set[str]:
+    """Columns that are not declared, also not for measures of a user."""
+    load_columns = list_columns("of_load", tuple(own_measures))
+    return set(columns) - {*row_column_meanings(), *load_columns, *list_columns("of_case")}

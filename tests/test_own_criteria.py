@@ -15,18 +15,22 @@ from pathlib import Path
 import jsonschema
 import own_functions
 import pytest
+from kept import keep_case
 
 import fecontact
+from fecontact.cli import call
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
 from fecontact.judging.judge import judge_load
+from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate_own_budget
 from fecontact.judging.verdict import judge
-from fecontact.outputs.records.results import case_row, result_record
+from fecontact.outputs.records.results import case_row, load_record, result_record
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
 from fecontact.own_criterion import OwnCriterion, UnavailableFunction, restore_criterion, split_own_measure
 from fecontact.runs.identity import determine_origin, make_case_id
+from fecontact.runs.store import read_case, seal_case
 
 TESTS = Path(__file__).parent
 EXACT = fecontact.Case(rail="circle:300", wheel="cylinder:460", inclination_rad=0.0, resolution="quick", refine="never")
@@ -341,8 +345,9 @@ def test_a_stored_function_is_used_only_if_it_is_equal():
         restored = restore_criterion({**record, **change})
         assert isinstance(restored.function, UnavailableFunction)
         assert words in restored.function.reason
-        (warning,) = Criteria(own=restored).unavailable_own
-        assert "own criterion peak is not judged" in warning
+        _, (text,) = Criteria(own=restored).describe_unavailable_own(())
+        assert text.startswith("own criterion peak: ")
+        assert "no values are stored" in text
 
 
 def test_a_stored_record_imports_no_module(tmp_path):
@@ -364,10 +369,89 @@ def test_an_unavailable_function_leaves_the_verdict_open(exact):
     load = judged_by(exact, Criteria(own=restored))
     assert load.verdict.answer == "UNRESOLVED"
     assert load.verdict.unknown == (PEAK.key,)
-    assert any("own criterion peak is not judged" in warning for warning in load.warnings)
+    assert any(
+        warning.startswith("not judged: own criterion peak: no imported module has its function absent, and no values")
+        for warning in load.warnings
+    )
     record = json.loads(json.dumps(result_record(replace(exact, load=load))))
     jsonschema.validate(record, fecontact.result_schema())
     assert record["own_criteria"][0]["fe"] is None
+
+
+def judge_by_stored_values(load, placement):
+    """Judge a load again without its functions, by its stored values."""
+    criteria = load.case.criteria
+    restored = tuple(
+        restore_criterion({**criterion.record, "function": "no_module:absent"}) for criterion in criteria.own
+    )
+    case = replace(load.case, criteria=replace(criteria, own=restored))
+    record = json.loads(json.dumps(make_evaluations_record(load.own_evaluations)))
+    evaluations = restore_evaluations(record, criteria.own_measures)
+    return judge_load(replace(load.solved, case=case), placement, stored_own=evaluations)
+
+
+def normalise(load) -> dict:
+    """Record of a load without the entries that name stored values."""
+    record = json.loads(json.dumps(load_record(load)))
+    for verdict in (record["verdict"], record["elastic_verdict"] or {}):
+        verdict.pop("warnings", None)
+    for criterion in record["own_criteria"]:
+        del criterion["stored"], criterion["function"]
+    return record
+
+
+def test_stored_values_give_the_stored_verdict_without_the_function(exact):
+    centre = OwnCriterion(own_functions.centre, "centre", 0.2, "mm", relative=False)
+    load = judged_by(exact, Criteria(own=(PEAK, centre)))
+    restored = judge_by_stored_values(load, exact.placement)
+    assert normalise(restored) == normalise(load)
+    assert restored.stored_own == (PEAK.key, centre.key)
+    assert [criterion["stored"] for criterion in load_record(restored)["own_criteria"]] == [True, True]
+    assert any(
+        "own criterion peak: no imported module has its function absent; its stored values are used" in warning
+        for warning in restored.warnings
+    )
+    # a third judgement has the stored values too
+    assert restored.own_evaluations == load.own_evaluations
+
+
+@pytest.mark.slow
+def test_stored_values_give_the_stored_verdict_of_bodies_that_yield():
+    steel = fecontact.Material(young_MPa=206e3, poisson=0.28, yield_MPa=400.0)
+    result = fecontact.solve(
+        replace(EXACT, rail_material=steel, wheel_material=steel, criteria=Criteria(own=PEAK)),
+    )
+    assert result.load.plastic is not None
+    assert normalise(judge_by_stored_values(result.load, result.placement)) == normalise(result.load)
+
+
+def test_a_stored_case_has_its_verdict_without_the_function(exact, tmp_path, capsys):
+    load = judged_by(exact, Criteria(own=replace_limit(PEAK, 1e-4), judged_by=("strength",), p_max=0.04))
+    keep_case(replace(exact, load=load), tmp_path / "case")
+    record = (tmp_path / "case" / "solved.json").read_text("utf-8")
+    assert '"function": "own_functions:peak"' in record
+    (tmp_path / "case" / "solved.json").write_text(record.replace("own_functions:peak", "absent:absent"), "utf-8")
+    restored = read_case(tmp_path / "case")
+    assert normalise(restored.load) == normalise(load)
+    assert "Hertz UNRESOLVED by own_peak_in_MPa (stored value)" in repr(restored.load)
+    # the command answers by the own criterion alone, and keeps its limit
+    seal_case(load.case, tmp_path / "case")
+    assert call(["judge", str(tmp_path / "case"), "--judged-by", "own"]) == 0
+    output = capsys.readouterr()
+    assert "1 case judged by peak ±0.01 %" in output.out
+    assert "note: own criterion peak: no imported module has its function absent; its stored values" in output.err
+    # values of a different function are not stored
+    changed = replace(PEAK)
+    object.__setattr__(changed, "source", PEAK.source.replace("max", "mean"))
+    changed_record = {**changed.record, "function": "absent:absent"}
+    (message,) = [
+        warning
+        for warning in read_case(
+            tmp_path / "case", criteria=Criteria(own=restore_criterion(changed_record))
+        ).load.warnings
+        if "own criterion" in warning
+    ]
+    assert message.startswith("not judged: own criterion peak: no imported module has its function absent, and no")
 
 
 # --- studies and maps with workers
@@ -432,14 +516,17 @@ def test_a_study_with_workers_is_resumed_and_judged(tmp_path):
     doubled = read_rows(tmp_path / "out")
     values = [float(row["fe_own_mean_pressure_in_MPa"]) for row in (rows[0], doubled[0])]
     assert values[1] == pytest.approx(2.0 * values[0])
-    # no process but the script's knows the function
+    # no process but the script's knows the function: the stored values are used
     process = run_python(tmp_path, "-m", "fecontact", "judge", "out", "--p-max-percent", "3", "--out", "judged")
-    assert process.returncode == 3
+    assert process.returncode == 0, process.stderr
     assert "mean pressure (MPa)" in (tmp_path / "judged" / "report.html").read_text("utf-8")
     assert (
-        "own criterion mean_pressure is not judged: no imported module has its function mean_pressure" in process.stderr
+        "note: own criterion mean_pressure: no imported module has its function mean_pressure; its stored values"
+        in process.stderr
     )
-    assert "UNRESOLVED" in process.stdout
+    assert "UNRESOLVED" not in process.stdout
+    judged_rows = read_rows(tmp_path / "judged")
+    assert [row[column] for row in judged_rows] == [row[column] for row in doubled]
     code = (
         "import fecontact, mine; print([row['verdict_answer'] for row in fecontact.judge('out', mine.CRITERIA).rows])"
     )
@@ -496,12 +583,13 @@ def test_a_map_shows_an_own_criterion(tmp_path):
     assert process.stdout.startswith("True ")
     assert "Hertz's mean pressure holds at all loads" in process.stdout
     assert "limit ±10 % mean_pressure" in process.stdout
-    # the command does not import the module, and the measure stays open
+    # the command does not import the module, and uses the stored values
     words = ("-m", "fecontact", "judge", "out", "--measure", "own_mean_pressure")
     process = run_python(tmp_path, *words, "--out", "judged")
-    assert process.returncode == 3
+    assert process.returncode == 0, process.stderr
     assert (tmp_path / "judged" / "report.html").is_file()
-    assert "own criterion mean_pressure is not judged" in process.stderr
+    assert "own criterion mean_pressure: no imported module has its function mean_pressure; its" in process.stderr
+    assert "Hertz's mean pressure holds at all loads" in process.stdout
     process = run_python(tmp_path, *words[:-1], "own_other")
     assert "allowed: pressure, theory, force, own_mean_pressure" in process.stderr
     # a map without the criterion has no picture of it, and pictures of somebody else stay

@@ -97,6 +97,8 @@ def judge(
         print_parts(judged_results.terminal_parts(find_terminal_width()))
     for problem in judged_results.problems:
         print(f"not judged: {problem}", file=sys.stderr)
+    for note in judged_results.notes:
+        print(f"note: {note}", file=sys.stderr)
     if not json:
         print(judged_results.words)
     if code is not None:

@@ -17,7 +17,7 @@ from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import judge_lobes
 from fecontact.judging.measures import MEASURES, UNCERTAINTIES, read_values
 from fecontact.judging.notes import iterate_warnings
-from fecontact.judging.own_measures import OwnMeasures
+from fecontact.judging.own_measures import OwnEvaluations, OwnMeasures
 from fecontact.judging.reference_check import REFERENCE_LIMIT, compute_reference_error
 from fecontact.judging.solution_faults import describe_solution_faults
 from fecontact.judging.solved_load import (
@@ -46,7 +46,12 @@ from fecontact.judging.verdict import (
 from fecontact.placement.wheel_on_rail import Placement
 
 
-def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable[str] = THEORIES) -> JudgedLoad:
+def judge_load(
+    solved_load: SolvedLoad,
+    placement: Placement,
+    theories: Iterable[str] = THEORIES,
+    stored_own: OwnEvaluations | None = None,
+) -> JudgedLoad:
     """Judge a solved load by the criteria of its case.
 
     Parameters
@@ -58,6 +63,8 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
     theories
         Names of the theories of the pressure to judge. Hertz is always judged. For Hertz alone, lobes are not judged
         and features have no readings.
+    stored_own
+        Stored evaluations of criteria of a user whose functions are not available.
 
     Returns
     -------
@@ -65,7 +72,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         Judgements, ladder, lobes, readings and warnings.
     """
     case, finest, contact_point = solved_load.case, solved_load.levels[0], placement.first
-    own_measures = OwnMeasures.read_criteria(case, placement)
+    own_measures = OwnMeasures.read_criteria(case, placement, stored_own)
     hertz_judgements = judge_hertz(case, solved_load.levels, placement, solved_load.lines, own_measures=own_measures)
     elements_judgement = select_worst_judgement(
         judge_hertz(case, solved_load.levels, placement, solved_load.lines, by="elements", own_measures=own_measures)
@@ -85,7 +92,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
     if _needs_cause(hertz_judgements, worst, case):
         cause = JUNCTION_CAUSE if contact_point.at_junction else find_cause(ladder.steps, worst.measure, geometry)
     if worst.answer == "UNRESOLVED" and is_unresolved_by_profiles(
-        case, solved_load.levels, placement, solved_load.lines
+        case, solved_load.levels, placement, solved_load.lines, own_measures
     ):
         cause = PROFILE_CAUSE
     is_certain = solved_load.status == ELEMENTS_STATUS and has_certain_failure(hertz_judgements, solved_load.half_space)
@@ -111,6 +118,7 @@ def judge_load(solved_load: SolvedLoad, placement: Placement, theories: Iterable
         lobes=judge_lobes(solved_load, placement, usable=is_usable) if other_names else (),
         elastic_verdict=None if plastic_verdict is None else elastic_verdict,
         plastic=plastic_verdict,
+        own_evaluations=own_measures.evaluations,
     )
     load = replace(load, warnings=tuple(iterate_warnings(load)))
     return add_readings(load, placement) if other_names else load

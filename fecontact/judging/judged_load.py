@@ -16,6 +16,7 @@ from fecontact.judging.causes import PatchGeometry
 from fecontact.judging.comparison import Comparison
 from fecontact.judging.ladder import Ladder
 from fecontact.judging.lobes import LobeJudgement
+from fecontact.judging.own_measures import OwnEvaluations
 from fecontact.judging.solved_load import Level, SolvedLoad, Status
 from fecontact.judging.verdict import Judgement, PlasticVerdict, Verdict, select_worst_judgement
 
@@ -58,6 +59,8 @@ class JudgedLoad:
         First loading of bodies that may yield, with the verdict on Hertz; None without a yield stress.
     features
         Readings of features by their names, if more than Hertz was requested.
+    own_evaluations
+        Evaluations of criteria of a user, for another judgement without their functions.
     """
 
     solved: SolvedLoad
@@ -76,12 +79,13 @@ class JudgedLoad:
     elastic_verdict: Verdict | None = None
     plastic: PlasticVerdict | None = None
     features: Mapping[str, Any] = field(default_factory=dict)
+    own_evaluations: OwnEvaluations = field(default_factory=dict)
 
     def __repr__(self) -> str:
         case, verdict = self.case, self.verdict
         return (
             f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
-            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}>"
+            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}{self.stored_mark}>"
         )
 
     @property
@@ -93,6 +97,21 @@ class JudgedLoad:
     def load_N(self) -> float:
         """Load of the case in N."""
         return self.solved.case.load_N
+
+    @property
+    def stored_own(self) -> tuple[str, ...]:
+        """Measures of a user with stored values, because their functions are not available."""
+        values = self.ladder.own_values.get("fe", {})
+        return tuple(
+            criterion.key
+            for criterion in self.case.criteria.own or ()
+            if not criterion.is_available and criterion.key in values
+        )
+
+    @property
+    def stored_mark(self) -> str:
+        """Mark of a verdict by a stored value of a user's measure; empty for other verdicts."""
+        return " (stored value)" if self.verdict.measure in self.stored_own else ""
 
     @property
     def level(self) -> Level:

@@ -121,9 +121,10 @@ class Ladder:
         return cls(
             rungs={"hertz": read_hertz_measures(hertz), **{name: read_measures(rung) for name, rung in rungs}},
             misfits={name: read_hertz_misfit(rung, hertz) for name, rung in rungs},
-            own_values={name: own_measures.read_values(rung) for name, rung in rungs},
+            own_values={name: own_measures.enter_stage(f"rung {name}").read_values(rung) for name, rung in rungs},
             own_deviations={
-                name: own_measures.compute_deviations(rung, TheoryContact.of(hertz)) for name, rung in rungs
+                name: own_measures.enter_stage(f"rung {name}").compute_deviations(rung, TheoryContact.of(hertz))
+                for name, rung in rungs
             },
         )
 

@@ -7,9 +7,10 @@ so that most of the error of the nodes is in neither deviation nor verdict.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +43,10 @@ _CHANGE = 0.05
 # covered, by up to 7 % of their uncertainty.
 _EDGE_FRACTION = 0.2
 _ELEMENTS, _THEORY = "the finite elements", "a theory"
+_BUDGETS = "budgets"
+Number = TypeVar("Number", float, UncertaintyBudget)
+OwnEvaluations = Mapping[str, Mapping[str, Mapping[str, Any]]]
+"""Values, deviations or budgets by stage of the judgement, by quantity, and by the name of the measure."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,18 +63,27 @@ class OwnMeasures:
         Words for the case, for messages.
     irregularity_slope
         Largest slope of the irregularities (-).
+    stored
+        Stored evaluations of criteria whose functions this process cannot call.
+    evaluations
+        All evaluations of this judgement, which are filled in as they are made.
+    stage
+        Name of the present stage of the judgement; evaluations of an unnamed stage are not kept.
     """
 
     criteria: tuple[OwnCriterion, ...] = ()
     placement: Placement | None = None
     place: str = ""
     irregularity_slope: float = 0.0
+    stored: OwnEvaluations = field(default_factory=dict, repr=False)
+    evaluations: dict[str, dict[str, dict[str, Any]]] = field(default_factory=dict, repr=False)
+    stage: str = ""
     # the same contacts are read for several theories, and for the verdict and its record
     _gaps: dict[tuple[bytes, bytes], Floats] = field(default_factory=dict, repr=False)
     _sensitivities: dict[tuple[Rung, OwnCriterion], Sensitivity] = field(default_factory=dict, repr=False)
 
     @classmethod
-    def read_criteria(cls, case: Case, placement: Placement) -> OwnMeasures:
+    def read_criteria(cls, case: Case, placement: Placement, stored: OwnEvaluations | None = None) -> OwnMeasures:
         """Criteria of a case at its position.
 
         Parameters
@@ -78,21 +92,58 @@ class OwnMeasures:
             Case with its criteria.
         placement
             Wheel on rail.
+        stored
+            Stored evaluations of criteria whose functions are not available.
 
         Returns
         -------
         OwnMeasures
-            Without a criterion whose function is not available.
+            Without a criterion that has neither a function nor stored evaluations.
         """
         criteria = tuple(criterion for criterion in case.criteria.own or () if criterion.is_available)
-        if not criteria:
+        if not criteria and not stored:
             return NO_OWN_MEASURES
         return cls(
+            stored=stored or {},
             criteria=criteria,
             placement=placement,
             place=f"{case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {case.load_N / 1e3:g} kN",
             irregularity_slope=sum(irregularity.largest_slope for irregularity in case.irregularities),
         )
+
+    def enter_stage(self, stage: str) -> OwnMeasures:
+        """Criteria at a stage of the judgement. Evaluations are stored by the name of the stage.
+
+        Parameters
+        ----------
+        stage
+            Name of the stage.
+
+        Returns
+        -------
+        OwnMeasures
+            These criteria, with common evaluations.
+        """
+        return replace(self, stage=stage) if self.criteria or self.stored else self
+
+    @property
+    def zero_budgets(self) -> dict[str, UncertaintyBudget]:
+        """Budgets without an uncertainty, by the names of the measures of this stage."""
+        stored_budgets = self.stored.get(self.stage, {}).get(_BUDGETS, {})
+        return dict.fromkeys(
+            (*(criterion.key for criterion in self.criteria), *stored_budgets),
+            UncertaintyBudget(),
+        )
+
+    def _complete(self, quantity: str, computed_values: dict[str, Number]) -> dict[str, Number]:
+        """Computed values, with the stored values of this stage for functions that are not available."""
+        if not self.stage:
+            return computed_values
+        stored_values: Mapping[str, Number] = self.stored.get(self.stage, {}).get(quantity, {})
+        values = {**stored_values, **computed_values}
+        if values:
+            self.evaluations.setdefault(self.stage, {})[quantity] = values
+        return values
 
     def read_values(self, rung: Rung) -> dict[str, float]:
         """Values of a solved contact, in the units of the criteria.
@@ -108,9 +159,10 @@ class OwnMeasures:
             Values by the name of the measure.
         """
         if not self.criteria:
-            return {}
+            return self._complete("values", {})
         contact = self._build_field(rung.pressure.whole(), rung.normal_force_N)
-        return {criterion.key: self._evaluate(criterion, contact, _ELEMENTS) for criterion in self.criteria}
+        values = {criterion.key: self._evaluate(criterion, contact, _ELEMENTS) for criterion in self.criteria}
+        return self._complete("values", values)
 
     def read_theory_values(self, rung: Rung, theory: TheoryContact) -> dict[str, float]:
         """Values of a theory at the nodes of a solved contact.
@@ -128,9 +180,10 @@ class OwnMeasures:
             Values by the name of the measure.
         """
         if not self.criteria:
-            return {}
+            return self._complete("theory_values", {})
         _, contact = self._build_pair(rung, theory)
-        return {criterion.key: self._evaluate(criterion, contact, _THEORY) for criterion in self.criteria}
+        values = {criterion.key: self._evaluate(criterion, contact, _THEORY) for criterion in self.criteria}
+        return self._complete("theory_values", values)
 
     def compute_deviations(self, rung: Rung, theory: TheoryContact) -> dict[str, float]:
         """Deviations of a theory from a solved contact.
@@ -152,6 +205,10 @@ class OwnMeasures:
         InputError
             If a function fails, or if the value of the contact is 0 for a relative criterion.
         """
+        return self._complete("deviations", self._compute_deviations(rung, theory))
+
+    def _compute_deviations(self, rung: Rung, theory: TheoryContact) -> dict[str, float]:
+        """Deviations of a theory from a solved contact, for all available functions."""
         if not self.criteria:
             return {}
         pair = self._build_pair(rung, theory)
@@ -179,10 +236,10 @@ class OwnMeasures:
             In the unit of each deviation.
         """
         if not self.criteria:
-            return {}
-        deviations, other_deviation = self._compare_levels(rungs, theory), self.compute_deviations(other_fit, theory)
+            return self._complete(_BUDGETS, {})
+        deviations, other_deviation = self._compare_levels(rungs, theory), self._compute_deviations(other_fit, theory)
         node_changes = self._compute_node_changes(rungs[0], theory)
-        return {
+        budgets = {
             criterion.key: estimate_own_budget(
                 deviations[criterion.key],
                 self._scale_sensitivity(criterion, rungs[0], deviations[criterion.key][0]),
@@ -193,6 +250,7 @@ class OwnMeasures:
             )
             for criterion in self.criteria
         }
+        return self._complete(_BUDGETS, budgets)
 
     def estimate_elements_budgets(
         self, rungs: Sequence[Rung], theory: TheoryContact, *, elements: float, compliance_error: float, residual: float
@@ -214,9 +272,9 @@ class OwnMeasures:
             In the unit of each deviation.
         """
         if not self.criteria:
-            return {}
+            return self._complete(_BUDGETS, {})
         deviations, node_changes = self._compare_levels(rungs, theory), self._compute_node_changes(rungs[0], theory)
-        return {
+        budgets = {
             criterion.key: estimate_own_elements_budget(
                 deviations[criterion.key],
                 self._scale_sensitivity(criterion, rungs[0], deviations[criterion.key][0]),
@@ -228,10 +286,11 @@ class OwnMeasures:
             )
             for criterion in self.criteria
         }
+        return self._complete(_BUDGETS, budgets)
 
     def _compare_levels(self, rungs: Sequence[Rung], theory: TheoryContact) -> dict[str, list[float]]:
         """Deviations of a theory on each mesh level, by the name of the measure."""
-        levels = [self.compute_deviations(rung, theory) for rung in rungs]
+        levels = [self._compute_deviations(rung, theory) for rung in rungs]
         return {criterion.key: [level[criterion.key] for level in levels] for criterion in self.criteria}
 
     def _compute_node_changes(self, rung: Rung, theory: TheoryContact) -> dict[str, float]:
@@ -381,6 +440,63 @@ class OwnMeasures:
 
 NO_OWN_MEASURES = OwnMeasures()
 """No criteria of a user."""
+
+
+def make_evaluations_record(evaluations: OwnEvaluations) -> dict[str, Any]:
+    """Record of evaluations, for a file.
+
+    Parameters
+    ----------
+    evaluations
+        Evaluations of a judgement.
+
+    Returns
+    -------
+    dict
+        Plain values.
+    """
+    return {
+        stage: {
+            quantity: {
+                measure: value.contributions if isinstance(value, UncertaintyBudget) else value
+                for measure, value in values.items()
+            }
+            for quantity, values in quantities.items()
+        }
+        for stage, quantities in evaluations.items()
+    }
+
+
+def restore_evaluations(record: Mapping[str, Any], measures: Sequence[str]) -> OwnEvaluations:
+    """Restore evaluations from their record.
+
+    Parameters
+    ----------
+    record
+        Record from `make_evaluations_record`; a value that was not a number is None.
+    measures
+        Names of the measures to restore.
+
+    Returns
+    -------
+    mapping
+        Evaluations of these measures.
+    """
+
+    def restore_value(value: Any) -> Any:
+        """Number or budget of a plain value."""
+        if isinstance(value, Mapping):
+            return UncertaintyBudget(**{name: restore_value(contribution) for name, contribution in value.items()})
+        return math.nan if value is None else float(value)
+
+    return {
+        stage: {
+            quantity: {measure: restore_value(values[measure]) for measure in measures if measure in values}
+            for quantity, values in quantities.items()
+        }
+        for stage, quantities in record.items()
+        if any(measure in values for values in quantities.values() for measure in measures)
+    }
 
 
 def _place_theory_pressure(theory: TheoryContact, grid: ContactGrid) -> Floats:

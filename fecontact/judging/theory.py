@@ -70,6 +70,7 @@ def judge_hertz(
     """
     judgements = {}
     own_measures = own_measures or OwnMeasures.read_criteria(case, placement)
+    stage = "elements" if by == "elements" else "fe"
     for name in HERTZ_OF_EACH_SIDE:
         theory_contact = THEORIES[name].approximate(
             LoadedPlacement(placement=placement, case=case, normal_force_N=levels[0].fe.normal_force_N)
@@ -77,19 +78,29 @@ def judge_hertz(
         if isinstance(theory_contact, TheoryContact):
             shifts = NO_SHIFTS if lines is None else lines.find_shifts(name)
             judgements[name] = judge_theory(
-                case, levels, theory_contact, shifts, by=by, refinements=refinements, own_measures=own_measures
+                case,
+                levels,
+                theory_contact,
+                shifts,
+                by=by,
+                refinements=refinements,
+                own_measures=own_measures.enter_stage("" if refinements is not None else f"{stage} {name}"),
             )
     return judgements
 
 
 def is_unresolved_by_profiles(
-    case: Case, levels: Sequence[Level], placement: Placement, lines: ProfileVariants | None
+    case: Case,
+    levels: Sequence[Level],
+    placement: Placement,
+    lines: ProfileVariants | None,
+    own_measures: OwnMeasures | None = None,
 ) -> bool:
     """Whether the profile variants alone make the verdict on Hertz UNRESOLVED.
 
     Parameters
     ----------
-    case, levels, placement, lines
+    case, levels, placement, lines, own_measures
         As in `judge_hertz`.
 
     Returns
@@ -99,7 +110,8 @@ def is_unresolved_by_profiles(
     """
     if lines is None:
         return False
-    return find_worst_verdict(judge_hertz(case, levels, placement, lines, by="profiles")).answer == "UNRESOLVED"
+    judgements = judge_hertz(case, levels, placement, lines, by="profiles", own_measures=own_measures)
+    return find_worst_verdict(judgements).answer == "UNRESOLVED"
 
 
 def is_undecidable_by_refinement(
@@ -178,7 +190,11 @@ def judge_theories(
         elif theory_contact is not None:
             shifts = NO_SHIFTS if solved_load.lines is None else solved_load.lines.find_shifts(name)
             judgement = judge_theory(
-                solved_load.case, solved_load.levels, theory_contact, shifts, own_measures=own_measures
+                solved_load.case,
+                solved_load.levels,
+                theory_contact,
+                shifts,
+                own_measures=own_measures.enter_stage(f"fe {name}"),
             )
             judgements[name] = replace(judgement, verdict=judgement.verdict.usable(usable and theory_contact.definite))
     return judgements, reasons
@@ -285,8 +301,8 @@ def _estimate_own_budgets(
     The arguments are the arguments of `judge_theory`; `evidence` is `by`.
     """
     if evidence == "profiles":
-        return {criterion.key: UncertaintyBudget() for criterion in own_measures.criteria}
-    if not own_measures.criteria:
+        return own_measures.zero_budgets
+    if own_measures is NO_OWN_MEASURES:
         return {}
     finest = levels[0]
     if evidence == "elements":

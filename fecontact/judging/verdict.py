@@ -611,7 +611,9 @@ def judge_plastic(
     assert theory is not None
     step_uncertainty = _plastic_step_uncertainty(solved_load.levels, theory, own_measures)
     plastic_judgements = {
-        name: _judge_against_plastic(judgement, plastic_contact, step_uncertainty, solved_load, own_measures)
+        name: _judge_against_plastic(
+            judgement, plastic_contact, step_uncertainty, solved_load, own_measures.enter_stage(f"plastic {name}")
+        )
         for name, judgement in judgements.items()
     }
     worst = find_worst_verdict(plastic_judgements)
@@ -700,13 +702,17 @@ def _deviation_ratio(name: str, plastic: Mapping[str, float], elastic: Mapping[s
 
 
 def _plastic_step(
-    level: Level, plastic_rung: Rung, theory: TheoryContact, own_measures: OwnMeasures
+    level: Level, plastic_rung: Rung, theory: TheoryContact, own_measures: OwnMeasures, stage: str
 ) -> dict[str, float]:
     """Change of each measure by plasticity, on equal nodes (-).
 
-    The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`.
+    The change is relative for each of `MEASURES`, and absolute for each of `MISFITS`. `stage` is the name of the stage
+    for a user's measures.
     """
-    before, after = (read_values(rung, theory) | own_measures.read_values(rung) for rung in (level.fe, plastic_rung))
+    before, after = (
+        read_values(rung, theory) | own_measures.enter_stage(f"{stage}, {material}").read_values(rung)
+        for material, rung in (("elastic", level.fe), ("plastic", plastic_rung))
+    )
     return {
         name: value / before[name] - 1.0 if is_relative(name) else value - before[name] for name, value in after.items()
     }
@@ -721,10 +727,13 @@ def _plastic_step_uncertainty(
     level, the uncertainty is NaN.
     """
     plastic_levels = [(level, level.yielded) for level in levels if level.yielded is not None]
-    steps = [_plastic_step(level, contact.fe, theory, own_measures) for level, contact in plastic_levels]
+    steps = [
+        _plastic_step(level, contact.fe, theory, own_measures, f"mesh {number}")
+        for number, (level, contact) in enumerate(plastic_levels)
+    ]
     load_step_pairs = [
-        (step, _plastic_step(level, contact.fewer_steps, theory, own_measures))
-        for step, (level, contact) in zip(steps, plastic_levels, strict=True)
+        (step, _plastic_step(level, contact.fewer_steps, theory, own_measures, f"mesh {number}, fewer steps"))
+        for number, (step, (level, contact)) in enumerate(zip(steps, plastic_levels, strict=True))
         if contact.fewer_steps is not None
     ]
     if len(steps) < 2:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -61,8 +62,23 @@ class JudgedStudy:
     @property
     def problems(self) -> tuple[str, ...]:
         """Criteria of a user that were not judged, with the reason; all other rows have a status."""
-        messages = (message for criteria in self.case_criteria.values() for message in criteria.unavailable_own)
-        return tuple(dict.fromkeys(messages))
+        return self._own_texts[1]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Criteria of a user that were judged by their stored values, with the reason."""
+        return self._own_texts[0]
+
+    @cached_property
+    def _own_texts(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """Messages about criteria with stored values, and about criteria that were not judged, each once."""
+        texts: tuple[dict[str, None], dict[str, None]] = ({}, {})
+        for row in self.rows:
+            if is_usable_status(row) and (criteria := self.case_criteria.get(str(row["id"]))) is not None:
+                measures = [name for name in criteria.own_measures if row.get(f"fe_{name}") is not None]
+                for kind, messages in zip(texts, criteria.describe_unavailable_own(measures), strict=True):
+                    kind.update(dict.fromkeys(messages))
+        return tuple(texts[0]), tuple(texts[1])
 
     @property
     def all_judged(self) -> bool:

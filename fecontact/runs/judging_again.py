@@ -27,6 +27,10 @@ class Judged(Protocol):
         """Reasons for results that cannot be judged, if the rows do not give them."""
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Criteria of a user that were judged by their stored values, with the reason."""
+
+    @property
     def words(self) -> str:
         """Description of the judged results, with their criteria."""
 

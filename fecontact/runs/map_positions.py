@@ -61,7 +61,7 @@ class PositionWork:
         """
         stored_position = None if finished is None else judge_again(read_position, finished, self.case)
         if finished is not None and stored_position is not None and stored_position.limit.narrowed:
-            copy_solved(finished, folder, self.case)
+            copy_solved(finished, folder, self.case, stored_position)
             return WorkResult()
         position = solve_position(self.case, self.loads_N, partial(write_job_progress, folder, self.name))
         keep_position(position, self.case, folder)

@@ -27,6 +27,7 @@ from fecontact.jobs.store import write_manifest
 from fecontact.jobs.workers import Job, Work, WorkResult
 from fecontact.judging.judge import judge_load
 from fecontact.judging.judged_load import JudgedLoad
+from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.outputs.records.results import DERIVED_INPUTS, Row, case_inputs, case_row, result_record, write_row
 from fecontact.outputs.records.stored import (
     Arrays,
@@ -49,6 +50,7 @@ SOLUTION_FILE, FIELDS_FILE, PROFILES_FOLDER = "solved.json", "fields.npz", "prof
 """File of the solution, file of its fields, and folder of the profiles that are files."""
 RECORD_FILE, ROW_FILE = "result.json", "row.json"
 """Files of the record of a case, and of its row of a table."""
+_OWN_ENTRY = "own_evaluations"
 _BODY_FILES = ("rail.vtu", "wheel.vtu")
 _PICTURE_FILES = ("case.png", "case.svg", "case.vtm", "bodies.vtm", "pressure.vtp", "elements.vtp", "hertz_ellipse.vtp")
 
@@ -86,7 +88,7 @@ class CaseWork:
         if finished is not None and (judged_result := judge_again(read_case, finished, self.case)) is not None:
             from fecontact.outputs.paraview.vtk import write_contact_vtk
 
-            copy_solved(finished, folder, self.case)
+            copy_solved(finished, folder, self.case, judged_result)
             write_contact_vtk(judged_result, folder)
             write_case_records(judged_result, CaseRecords.of(judged_result), folder, self.settings)
             return WorkResult()
@@ -260,11 +262,19 @@ def keep_loads(result: SolvedLoads, case: Case, folder: Path, **entries: Any) ->
         "schema": SCHEMA,
         "case": case_inputs(case),
         "placement": None if result.placement is None else placement_record(result.placement),
-        "loads": [solved_record(load.solved, arrays, f"load{number}_") for number, load in enumerate(result.solved)],
+        "loads": [
+            solved_record(load.solved, arrays, f"load{number}_") | _own_entry(load)
+            for number, load in enumerate(result.solved)
+        ],
         **entries,
     }
     write_arrays(folder / FIELDS_FILE, arrays)
     write_json(folder / SOLUTION_FILE, record)
+
+
+def _own_entry(load: JudgedLoad) -> dict[str, Any]:
+    """Entry of `solved.json` with the evaluations of a user's criteria; empty without evaluations."""
+    return {_OWN_ENTRY: make_evaluations_record(load.own_evaluations)} if load.own_evaluations else {}
 
 
 def write_case_records(
@@ -334,7 +344,7 @@ def copy_profiles(case: Case, folder: Path) -> None:
             target.write_bytes(name_and_content[1])
 
 
-def copy_solved(finished: Path, folder: Path, case: Case) -> None:
+def copy_solved(finished: Path, folder: Path, case: Case, result: SolvedLoads) -> None:
     """Copy a solution into a new folder, with the present criteria.
 
     Parameters
@@ -345,13 +355,20 @@ def copy_solved(finished: Path, folder: Path, case: Case) -> None:
         New folder.
     case
         Case with the present criteria.
+    result
+        Solution, judged by the present criteria.
     """
     for file in (FIELDS_FILE, *_BODY_FILES):
         if (finished / file).is_file():
             shutil.copyfile(finished / file, folder / file)
     if (finished / PROFILES_FOLDER).is_dir():
         shutil.copytree(finished / PROFILES_FOLDER, folder / PROFILES_FOLDER)
-    write_json(folder / SOLUTION_FILE, {**read_json(finished / SOLUTION_FILE), "case": case_inputs(case)})
+    record = read_solution(finished)
+    loads = [
+        {name: value for name, value in stored_load.items() if name != _OWN_ENTRY} | _own_entry(load)
+        for stored_load, load in zip(record["loads"], result.solved, strict=True)
+    ]
+    write_json(folder / SOLUTION_FILE, {**record, "case": case_inputs(case), "loads": loads})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -397,11 +414,14 @@ class StoredPosition:
         load = self.record["loads"][number]
         case = replace(self.case, load_N=load["load_N"])
         solved_load = solved_from_record(load, self.arrays, disable_refinement(case) if is_from_search else case)
+        stored_digests = {criterion.digest for criterion in self.stored_criteria.own or ()}
+        equal_own = [criterion for criterion in case.criteria.own or () if criterion.digest in stored_digests]
         if solved_load.lines is not None:
-            stored_digests = {criterion.digest for criterion in self.stored_criteria.own or ()}
-            equal_own = [criterion.key for criterion in case.criteria.own or () if criterion.digest in stored_digests]
-            solved_load = replace(solved_load, lines=solved_load.lines.select_own(equal_own))
-        return judge_load(solved_load, self.placement, (HERTZ,) if is_from_search else THEORIES)
+            equal_measures = [criterion.key for criterion in equal_own]
+            solved_load = replace(solved_load, lines=solved_load.lines.select_own(equal_measures))
+        unavailable_measures = [criterion.key for criterion in equal_own if not criterion.is_available]
+        stored_own = restore_evaluations(load.get(_OWN_ENTRY, {}), unavailable_measures)
+        return judge_load(solved_load, self.placement, (HERTZ,) if is_from_search else THEORIES, stored_own)
 
 
 def read_case(folder: str | Path, *, criteria: Criteria | None = None, creep: Creep | None = None) -> CaseResult:

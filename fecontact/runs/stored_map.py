@@ -47,20 +47,23 @@ class JudgedMap:
     map
         The map, or the maps of several yaws.
     problems
-        Reasons for positions that cannot be judged.
+        Reasons for positions and criteria of a user that cannot be judged.
+    notes
+        Criteria of a user that were judged by their stored values, with the reason.
     measure, theory
         Measure and theory of the printed map.
     """
 
     map: MapResult
     problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
     measure: str = "pressure"
     theory: str = HERTZ
 
     @property
     def all_judged(self) -> bool:
         """Whether every cell was judged and may be used."""
-        return self.map.all_solved and not self.map.case.criteria.unavailable_own
+        return self.map.all_solved and not self.problems
 
     @property
     def words(self) -> str:
@@ -156,8 +159,16 @@ def judge_map(
     if out is not None:
         write_map(new_map, out, theory=theory)
         write_result_report(new_map, out, theory=theory)
-    own_problems = new_map.case.criteria.unavailable_own
-    return JudgedMap(map=new_map, problems=(*problems.values(), *own_problems), measure=measure, theory=theory)
+    judged_loads = [cell.judged for cell in new_map.cells if cell.judged is not None]
+    stored_measures = set.intersection(*({*load.stored_own} for load in judged_loads)) if judged_loads else set()
+    notes, own_problems = new_map.case.criteria.describe_unavailable_own(stored_measures)
+    return JudgedMap(
+        map=new_map,
+        problems=(*problems.values(), *own_problems),
+        notes=tuple(notes),
+        measure=measure,
+        theory=theory,
+    )
 
 
 def read_map_document(folder: Path) -> Mapping[str, Any]:

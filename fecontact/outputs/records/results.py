@@ -200,6 +200,7 @@ def own_criteria_records(load: JudgedLoad) -> list[Record]:
             "deviation": deciding.deviation.get(criterion.key),
             "uncertainty": deciding.uncertainty.get(criterion.key),
             "answer": deciding.verdict.each[criterion.key],
+            "stored": criterion.key in load.stored_own,
         }
         for criterion in load.case.criteria.own or ()
     ]
