@@ -122,11 +122,12 @@ def _deviation_column(measure: str, limit: float) -> Column:
     return number_column(f"{short}\n{unit}", column, form, rank=words.rank, name=words.short * bool(words.rank))
 
 
+_UNCERTAINTY_RANK = 3
 _P_MAX, *_OTHER_DEVIATIONS = (_deviation_column(measure, limit) for measure, limit in Criteria().limits.items())
 _DEVIATION_COLUMNS = (
     number_column("p_max\nFE MPa", "fe_p_max_MPa", "{:.0f}", rank=5, name="p_max in MPa"),
     _P_MAX,
-    number_column("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=3, name="± of p_max"),
+    number_column("\n± %", "hertz_uncertainty_p_max_percent", "{:.1f}", rank=_UNCERTAINTY_RANK, name="± of p_max"),
     *_OTHER_DEVIATIONS,
 )
 _EFFORT_COLUMNS = (
@@ -177,18 +178,24 @@ def deviation_table(rows: Sequence[TableRecord], title: str, failing_width: int,
 
 
 def _own_columns(rows: Sequence[TableRecord]) -> list[Column]:
-    """Columns of the deviations of Hertz in the measures of a user."""
+    """Columns of the deviations of Hertz in the measures of a user, each with its uncertainty."""
     prefix = deviation_columns(OWN_PREFIX)[0].removesuffix("_percent")
     columns = dict.fromkeys(name for row in rows for name in row if name.startswith(prefix))
-    return [_own_column(name, prefix) for name in columns]
+    measures = (f"{OWN_PREFIX}{name.removeprefix(prefix).removesuffix('_percent')}" for name in columns)
+    return [column for measure in measures for column in _own_measure_columns(measure)]
 
 
-def _own_column(column: str, prefix: str) -> Column:
-    """Column of the deviation of Hertz in a user's measure, with its whole name."""
-    measure = f"{OWN_PREFIX}{column.removeprefix(prefix).removesuffix('_percent')}"
-    words = MEASURE_WORDS[measure]
-    unit = "dev %" if words.off_unit == "%" else f"in {words.off_unit}"
-    return number_column(f"{words.short}\n{unit}", column, "{:+.3g}" if words.has_any_size else "{:+z.1f}")
+def _own_measure_columns(measure: str) -> tuple[Column, Column]:
+    """Columns of the deviation of Hertz in a user's measure, with its whole name, and of its uncertainty."""
+    words, (deviation, uncertainty, _) = MEASURE_WORDS[measure], deviation_columns(measure)
+    unit = f"dev {words.off_unit}".rstrip()
+    sign_form, form = ("{:+.3g}", "{:.2g}") if words.has_any_size else ("{:+z.1f}", "{:.1f}")
+    return (
+        number_column(f"{words.short}\n{unit}", deviation, sign_form),
+        number_column(
+            f"\n± {words.off_unit}".rstrip(), uncertainty, form, rank=_UNCERTAINTY_RANK, name=f"± of {words.short}"
+        ),
+    )
 
 
 def _place_columns(rows: Sequence[TableRecord]) -> list[Column]:

@@ -28,6 +28,7 @@ from fecontact.outputs.tables import TableRecord
 from fecontact.outputs.theory_records import deciding_hertz
 from fecontact.outputs.verdict_words import verdict_reason
 from fecontact.outputs.words import MEASURE_WORDS
+from fecontact.own_criterion import is_own
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.curve import ProfileKind, format_radius, invert_curvature_mm
 from fecontact.solving.solve import CaseResult
@@ -306,6 +307,10 @@ def _junction_places_mm(placement: Placement, kind: ProfileKind) -> list[float]:
     return sorted(place.s_mm for place in placement.junctions if place.profile.kind == kind)
 
 
+# Characters of the names of measures in the text of a case.
+_NAME_WIDTH = 10
+
+
 def _case_text(record: TableRecord, placement: Placement, fields: PressureFields) -> str:
     """Text with all measures, deviations, uncertainties, limits and lobes of a load.
 
@@ -315,21 +320,26 @@ def _case_text(record: TableRecord, placement: Placement, fields: PressureFields
     """
     requested, first = requested_record(record), record["contact_points"][0]
     limits, fe, hertz = record["verdict"]["limits"], requested["fe"], deciding_hertz(requested)
-    lines = [f"{'':<10} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
+    lines = [f"{'':<{_NAME_WIDTH}} {'FE':>6} {'Hertz':>6} {'deviation':>9} {'±':>6} {'limit':>7}"]
     for name, answer in hertz["verdict"]["each"].items():
         words = MEASURE_WORDS[name]
         head = f"{words.short} {words.unit}" if name in MEASURES else words.short
+        if len(head) > _NAME_WIDTH:
+            # the numbers of a long name of a user have a line of their own, below the columns
+            lines.append(head)
+            head = ""
         if name not in hertz["deviation"]:
-            lines.append(f"{head:<10} {'not judged':>31} {answer}")
+            lines.append(f"{head:<{_NAME_WIDTH}} {'not judged':>31} {answer}")
             continue
-        values = (f"{measures[name]:.4g}" if name in MEASURES else "" for measures in (fe, hertz))
+        has_values = name in MEASURES or is_own(name)
+        values = (f"{measures[name]:.4g}" if has_values else "" for measures in (fe, hertz))
         deviation, uncertainty = (
             words.deviation_text(hertz["deviation"][name]),
             words.deviation_text(hertz["uncertainty"][name], size=True).split()[0],
         )
         limit = words.limit_text(limits[name]) if name in limits else ""
         sizes = " ".join(f"{value:>6}" for value in values)
-        lines.append(f"{head:<10} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
+        lines.append(f"{head:<{_NAME_WIDTH}} {sizes} {deviation:>9} {uncertainty:>6} {limit:>7} {answer}")
     if first["at_junction"]:
         lines.append(f"Hertz with the curvature of the {record['verdict']['side']} side")
     low, high = fields.limits_mm(across=True)
