@@ -404,7 +404,7 @@ def test_an_open_verdict_that_may_be_refined_is_solved_again(tmp_path, monkeypat
     assert study_by(Study(name="x", cases=(wide,)), tmp_path, crew=inline_crew()).rows[0]["solver_meshes"] == 2
     outcome = study_by(Study(name="x", cases=(strict,)), tmp_path, crew=inline_crew())
     (why,) = outcome.recomputed.values()
-    assert why.startswith("evaluated by a different version")
+    assert why.startswith("judged by different criteria: criterion p_max 0.9 -> 1e-06")
     assert outcome.rows[0]["solver_meshes"] > 2
 
 

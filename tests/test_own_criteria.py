@@ -22,6 +22,7 @@ from fecontact.cli import call
 from fecontact.criteria import Criteria
 from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
+from fecontact.jobs.store import describe_differences
 from fecontact.judging.judge import judge_load
 from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate_own_budget
@@ -317,6 +318,23 @@ def test_the_source_of_a_function_identifies_a_result():
     assert origin(Criteria(own=PEAK)).evaluated_by != origin(Criteria(own=changed)).evaluated_by
     assert origin(Criteria(own=PEAK)).solved_by == origin(Criteria(own=changed)).solved_by
     assert origin(Criteria()) == origin(Criteria(own=()))
+    differences = [
+        describe_differences(origin(old).evaluated_by, origin(new).evaluated_by)
+        for old, new in (
+            (Criteria(own=PEAK), Criteria(own=changed)),
+            (Criteria(own=PEAK), Criteria(own=replace_limit(PEAK, 0.06))),
+            (Criteria(own=changed), Criteria(own=replace_limit(PEAK, 0.06))),
+            (Criteria(own=PEAK), Criteria()),
+            (Criteria(), Criteria(own=PEAK)),
+        )
+    ]
+    assert differences == [
+        "own criterion peak: function or unit changed",
+        "own criterion peak: limit 0.05 -> 0.06",
+        "own criterion peak: function or unit changed and limit 0.05 -> 0.06",
+        "own criterion peak is left out",
+        "own criterion peak is new",
+    ]
     assert make_case_id(EXACT) == make_case_id(replace(EXACT, criteria=Criteria(own=PEAK)))
 
 

@@ -138,7 +138,7 @@ def test_another_version_is_a_reason(tmp_path):
     newer_judge = replace(made_by, evaluated_by={**made_by.evaluated_by, "criterion p_max": "0.1"})
     stored_case = stored_state(tmp_path, name, newer_judge)
     assert stored_case.problem is None
-    assert stored_case.outdated == "evaluated by a different version: criterion p_max 0.05 -> 0.1"
+    assert stored_case.outdated == "judged by different criteria: criterion p_max 0.05 -> 0.1"
 
 
 def test_a_folder_that_was_not_finished_leaves_the_older_one(tmp_path):

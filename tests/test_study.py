@@ -153,7 +153,7 @@ def test_another_evaluation_or_other_criteria_judge_again_and_solve_nothing(tmp_
     run(tmp_path, study((50, 60)))
     by_other = tuple(replace(case(load), criteria=Criteria(p_max=0.03)) for load in (50, 60))
     outcome = run(tmp_path, Study(name="fake", cases=by_other))
-    assert set(outcome.recomputed.values()) == {"evaluated by a different version: criterion p_max 0.05 -> 0.03"}
+    assert set(outcome.recomputed.values()) == {"judged by different criteria: criterion p_max 0.05 -> 0.03"}
     names = [make_case_id(case(load)) for load in (50, 60)]
     assert fake_solve.solves(tmp_path) == [*names, *(f"again:{name}" for name in names)]
     monkeypatch.setattr(identity, "read_digests", lambda: replace(read_digests(), evaluating="another"))

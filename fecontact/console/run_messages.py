@@ -13,20 +13,20 @@ from fecontact.inputs.texts import count_text, quote_path
 
 
 def report_reused_jobs(reused: Collection[str], recomputed: Mapping[str, str], kind: str, how: RunOptions) -> None:
-    """Print the number of reused results, and why others were solved again.
+    """Print the number of reused results, and why others were solved or judged again.
 
     Parameters
     ----------
     reused
         Names of the reused jobs.
     recomputed
-        Reason for each job that was solved again, by the name of the job.
+        Reason for each job that was solved or judged again, by the name of the job.
     kind
         Name of a job in the singular, such as `case`.
     how
         Options of the run.
     """
-    print_reasons("solved again", recomputed)
+    print_reasons("solved or judged again", recomputed)
     if reused:
         reused_jobs = f"{count_text(len(reused), f'finished {kind}')} {'was' if len(reused) == 1 else 'were'}"
         print_result(f"{reused_jobs} reused; use --force to solve again", quiet=how.quiet)

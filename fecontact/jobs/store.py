@@ -31,6 +31,11 @@ _REPLACED = ".replaced"
 # Names of temporary folders and files, and of the progress of a job.
 _LEFTOVER = re.compile(r"\..+\.([0-9a-f]{12}(\.[^.]+)?|under-way)")
 
+OWN_CRITERION_KEY, LIMIT_MARK = "own criterion ", ", limit "
+"""Beginning of the name of a user's criterion in an origin, and mark between the digest and the limit in its value."""
+CRITERIA_KEYS = ("criterion ", OWN_CRITERION_KEY, "creep ")
+"""Beginnings of the names of all criteria, frictions and creepages in an origin."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
@@ -319,9 +324,13 @@ def check_stored_job(folder: Path, name: str, origin: Origin) -> StoredJob:
     if manifest["id"] != name:
         return StoredJob(found=True, problem=f"the folder has the result of different inputs ({manifest['id']})")
     if changes := describe_differences(manifest["solved_by"], origin.solved_by):
-        return StoredJob(found=True, problem=f"made by a different version: {changes}")
+        is_version = not _has_only_criteria(manifest["solved_by"], origin.solved_by)
+        reason = "made by a different version" if is_version else "made with different criteria"
+        return StoredJob(found=True, problem=f"{reason}: {changes}")
     changes = describe_differences(manifest["evaluated_by"], origin.evaluated_by)
-    outdated = f"evaluated by a different version: {changes}" if changes else None
+    is_version = not _has_only_criteria(manifest["evaluated_by"], origin.evaluated_by)
+    reason = "evaluated by a different version" if is_version else "judged by different criteria"
+    outdated = f"{reason}: {changes}" if changes else None
     return StoredJob(found=True, outdated=outdated, run=manifest["run"])
 
 
@@ -415,11 +424,33 @@ def describe_differences(old: Mapping[str, str], new: Mapping[str, str]) -> str:
     >>> describe_differences({"numpy": "2.1.0"}, {"numpy": "2.2.0"})
     'numpy 2.1.0 -> 2.2.0'
     """
-    return ", ".join(
-        f"{key} {old.get(key, 'none')} -> {new.get(key, 'none')}"
-        for key in dict.fromkeys((*new, *old))
-        if old.get(key) != new.get(key)
+    return ", ".join(_describe_difference(key, old.get(key), new.get(key)) for key in _list_changes(old, new))
+
+
+def _list_changes(old: Mapping[str, str], new: Mapping[str, str]) -> list[str]:
+    """Names with different values in two origins."""
+    return [key for key in dict.fromkeys((*new, *old)) if old.get(key) != new.get(key)]
+
+
+def _has_only_criteria(old: Mapping[str, str], new: Mapping[str, str]) -> bool:
+    """Whether only criteria, friction or creepages differ between two origins."""
+    return all(key.startswith(CRITERIA_KEYS) for key in _list_changes(old, new))
+
+
+def _describe_difference(key: str, old_value: str | None, new_value: str | None) -> str:
+    """Describe a difference between two origins in words; a digest of a user's function is not shown."""
+    if not key.startswith(OWN_CRITERION_KEY):
+        return f"{key} {old_value or 'none'} -> {new_value or 'none'}"
+    if old_value is None or new_value is None:
+        return f"{key} is {'new' if old_value is None else 'left out'}"
+    (old_digest, _, old_limit), (new_digest, _, new_limit) = (
+        value.partition(LIMIT_MARK) for value in (old_value, new_value)
     )
+    changes = [
+        *["function or unit changed"] * (old_digest != new_digest),
+        *[f"limit {old_limit} -> {new_limit}"] * (old_limit != new_limit),
+    ]
+    return f"{key}: {' and '.join(changes)}"
 
 
 # --- Locks of the operating system. With them only one run at a time uses a folder; they end with the process.

@@ -178,7 +178,7 @@ def deviation_table(rows: Sequence[TableRecord], title: str, failing_width: int,
 
 
 def _own_columns(rows: Sequence[TableRecord]) -> list[Column]:
-    """Columns of the deviations of Hertz in the measures of a user, each with its uncertainty."""
+    """Columns of the deviations of Hertz in a user's measures, with uncertainties."""
     prefix = deviation_columns(OWN_PREFIX)[0].removesuffix("_percent")
     columns = dict.fromkeys(name for row in rows for name in row if name.startswith(prefix))
     measures = (f"{OWN_PREFIX}{name.removeprefix(prefix).removesuffix('_percent')}" for name in columns)
@@ -186,7 +186,7 @@ def _own_columns(rows: Sequence[TableRecord]) -> list[Column]:
 
 
 def _own_measure_columns(measure: str) -> tuple[Column, Column]:
-    """Columns of the deviation of Hertz in a user's measure, with its whole name, and of its uncertainty."""
+    """Columns of the deviation of Hertz in a user's measure, and of its uncertainty."""
     words, (deviation, uncertainty, _) = MEASURE_WORDS[measure], deviation_columns(measure)
     unit = f"dev {words.off_unit}".rstrip()
     sign_form, form = ("{:+.3g}", "{:.2g}") if words.has_any_size else ("{:+z.1f}", "{:.1f}")

@@ -15,7 +15,7 @@ from fecontact import __version__
 from fecontact.case import Case, make_case_record
 from fecontact.errors import InputError
 from fecontact.fe.linear_solver import choose_solver
-from fecontact.jobs.store import Origin
+from fecontact.jobs.store import LIMIT_MARK, OWN_CRITERION_KEY, Origin
 from fecontact.profiles.library import profile_file, read_content
 from fecontact.runs.sources import read_digests
 
@@ -134,10 +134,10 @@ def determine_origin(case: Case) -> Origin:
         # theories for the other profile variants of measured points are stored with the solution
         solved_by = {**solved_by, SOLVING_SOURCE: digest_json([read_digests().solving, read_digests().evaluating])}
         # and so are the deviations of theories in a user's measures
-        solved_by |= {f"own criterion {criterion.name}": criterion.digest for criterion in case.criteria.own or ()}
+        solved_by |= {f"{OWN_CRITERION_KEY}{criterion.name}": criterion.digest for criterion in case.criteria.own or ()}
     criteria = {f"criterion {name}": repr(limit) for name, limit in case.criteria.record.items() if name != "own"}
     criteria |= {
-        f"own criterion {criterion.name}": f"{criterion.digest}, limit {criterion.limit!r}"
+        f"{OWN_CRITERION_KEY}{criterion.name}": f"{criterion.digest}{LIMIT_MARK}{criterion.limit!r}"
         for criterion in case.criteria.own or ()
     }
     creep = {f"creep {name}": repr(value) for name, value in asdict(case.creep).items() if case.creep.friction}

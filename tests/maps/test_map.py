@@ -1640,7 +1640,7 @@ def test_other_criteria_are_judged_again_without_solving(run, tmp_path):
     assert FakeSweep.solved == []
     assert (
         list(outcome.recomputed.values())
-        == ["evaluated by a different version: criterion p_max 0.05 -> 0.9, criterion area 0.1 -> 0.95"] * 2
+        == ["judged by different criteria: criterion p_max 0.05 -> 0.9, criterion area 0.1 -> 0.95"] * 2
     )
     assert outcome.reused == ()
     fresh = fresh_map([0.0, 1.0], TWO_SIDES, case)
