@@ -1,5 +1,6 @@
 """Stored results judged again: stored criteria stay, and only the named values change."""
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -105,3 +106,12 @@ def test_the_help_names_stored_values_as_defaults(capsys):
     page = " ".join(capsys.readouterr().out.replace("│", " ").split())
     assert "default as stored" in page
     assert "default 5" not in page
+
+
+def test_an_unresolved_row_names_its_least_certain_measure(mixed_study, capsys):
+    assert call(["judge", str(mixed_study), "--p-max-percent", "0.1", "--judged-by", "strength"]) == 0
+    output = capsys.readouterr().out
+    assert output.count("UNRESOLVED  open: p_max") == 2
+    assert re.search(
+        r"\+0\.00 mm, 100 kN: UNRESOLVED: least certain: peak pressure [+-]0\.\d\d % ± 0\.\d\d %\n", output
+    )

@@ -211,7 +211,7 @@ def _place_columns(rows: Sequence[TableRecord]) -> list[Column]:
 def _failing_measures_text(row: TableRecord, width: int) -> str:
     """Short names of the failing measures, the deciding measure first.
 
-    Measures without room are counted.
+    Measures without room are counted. If no measure fails, the text is the least certain measure of an open verdict.
     """
     measures, deciding_measure = (
         filter(None, str(row.get("verdict_failing") or "").split("; ")),
@@ -220,6 +220,8 @@ def _failing_measures_text(row: TableRecord, width: int) -> str:
     names = [
         MEASURE_WORDS[measure].short for measure in sorted(measures, key=lambda measure: measure != deciding_measure)
     ]
+    if not names and deciding_measure and row.get("verdict_answer") == "UNRESOLVED":
+        names = [f"open: {MEASURE_WORDS[deciding_measure].short}"]
     for shown_count in range(len(names), 0, -1):
         hidden_parts = [f"+{len(names) - shown_count}"] if shown_count < len(names) else []
         text = " ".join((*names[:shown_count], *hidden_parts))

@@ -43,6 +43,7 @@ from fecontact.outputs.verdict_words import (
     deciding_measure_text,
     describe_verdict,
     elastic_words,
+    reason_text_of_row,
     utilisation_text,
 )
 from fecontact.placement.wheel_on_rail import Placement
@@ -327,8 +328,8 @@ def parts_of_rows(rows: Sequence[TableRecord]) -> Iterator[Table | str]:
         if not is_usable_status(row):
             yield f"{place_text}: {row['status']}"
             continue
-        if row.get("verdict_cause"):
-            yield f"{place_text}: {row['verdict_answer']}: {row['verdict_cause']}"
+        if reason := reason_text_of_row(row):
+            yield f"{place_text}: {row['verdict_answer']}: {reason}"
         if text := cheapest_text_of_row(row):
             yield f"{place_text}: {text}"
 

@@ -15,7 +15,7 @@ from fecontact.outputs.case_words import case_words
 from fecontact.outputs.records.asked import elastic_record, requested_record
 from fecontact.outputs.tables import is_missing, number_text
 from fecontact.outputs.theory_records import deciding_hertz, judged_theories
-from fecontact.outputs.words import MEASURE_WORDS, deviation_columns
+from fecontact.outputs.words import MEASURE_WORDS, deviation_columns, unknown_text
 from fecontact.own_criterion import is_own
 
 AGAINST_YIELDING_BODIES = "against bodies that yield"
@@ -404,12 +404,45 @@ def deciding_measure_text(row: Record, limits: Mapping[str, float]) -> str:
     """
     if not is_usable_status(row):
         return str(row["status"])
+    if (numbers := _read_deciding_numbers(row)) is None:
+        return ""
+    measure, deviation, uncertainty = numbers
+    return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
+
+
+def reason_text_of_row(row: Record) -> str:
+    """Reason for the verdict of a row: its cause, and for UNRESOLVED the least certain measure.
+
+    Parameters
+    ----------
+    row
+        Row of a usable result.
+
+    Returns
+    -------
+    str
+        The reason; empty without a cause and for a resolved verdict.
+    """
+    cause, numbers = row.get("verdict_cause") or "", _read_deciding_numbers(row)
+    if row.get("verdict_answer") != "UNRESOLVED" or numbers is None:
+        return str(cause)
+    measure, deviation, uncertainty = numbers
+    sentence = (
+        unknown_text([measure])
+        if deviation is None
+        else deviation_sentence(measure, deviation, uncertainty, None, "UNRESOLVED", nearest=True)
+    )
+    return f"{sentence}; cause: {cause}" if cause else sentence
+
+
+def _read_deciding_numbers(row: Record) -> tuple[str, float | None, float | None] | None:
+    """Deciding measure of a row, with the deviation of Hertz and its uncertainty; None without a measure."""
     measure = row.get("verdict_measure")
     if measure is None or not (measure in MEASURE_WORDS or is_own(measure)):
-        return ""
+        return None
     *columns, factor = deviation_columns(measure)
     deviation, uncertainty = (None if row.get(name) is None else float(row[name]) / factor for name in columns)
-    return deviation_sentence(measure, deviation, uncertainty, limits.get(measure), str(row.get("verdict_answer", "")))
+    return measure, deviation, uncertainty
 
 
 _ANY_PROFILE_REMEDY = "declare the filter length, or measure the profiles with less noise or closer points"

@@ -246,7 +246,7 @@ def unknown_text(measures: Iterable[str]) -> str:
             ),
             (
                 [measure for measure in measures if is_own(measure)],
-                "is not judged: its function cannot be imported here",
+                "is not judged: its function is not available here, and no values are stored",
             ),
         )
         if names
