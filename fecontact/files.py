@@ -272,6 +272,26 @@ def _digest(content: Mapping[str, object]) -> str:
     return hashlib.sha256(_dump_json(content).encode("utf-8", "replace")).hexdigest()
 
 
+OWN_FUNCTIONS_SETTING = "own_functions"
+"""Entry of results with the sources of the functions of a user's criteria, by the name of the criterion."""
+
+
+def describe_source(source: str) -> str:
+    """Describe a source text by a digest.
+
+    Parameters
+    ----------
+    source
+        Source text.
+
+    Returns
+    -------
+    str
+        Text such as "source 0f343b0931126a20".
+    """
+    return f"source {hashlib.sha256(source.encode()).hexdigest()[:16]}"
+
+
 def hash_file(path: Path) -> str:
     """SHA-256 of a regular file, in hexadecimal digits.
 

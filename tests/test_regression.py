@@ -12,14 +12,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import own_functions
 import pytest
 
 from fecontact.cli import call
+from fecontact.criteria import Criteria
 from fecontact.errors import InputError
-from fecontact.outputs.comparison.tables import case_names
+from fecontact.outputs.comparison.tables import case_names, head_lines
 from fecontact.outputs.records.results import case_row as row_of
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.tables import write_csv
+from fecontact.outputs.words import criteria_settings
+from fecontact.own_criterion import OwnCriterion
 from fecontact.regression.baselines import update_baseline
 from fecontact.regression.checks import compare_discretisation
 from fecontact.regression.compare import compare_tables
@@ -304,6 +308,38 @@ def test_versions_and_settings_that_differ_are_shown_and_are_no_difference(tmp_p
     assert comparison.same
     assert comparison.versions == {"gmsh": ("4.15.2", "4.13.1")}
     assert comparison.settings == {"study": ("mine", "other")}
+
+
+def test_limits_and_functions_of_own_criteria_that_differ_are_shown(tmp_path):
+    # as studies and cases record them
+    sides = {
+        "was": criteria_settings(
+            [Criteria(judged_by=("strength",), own=OwnCriterion(own_functions.peak, "mine", 0.1))]
+        ),
+        "now": criteria_settings(
+            [Criteria(judged_by=("strength",), own=OwnCriterion(own_functions.text, "mine", 0.2))]
+        ),
+    }
+    tables = [load_table(write_study(tmp_path / side, [case_row()], **sides[side])) for side in sides]
+    settings = compare_tables(*tables).settings
+    assert settings["limits"] == ("p_max ±5 %, mine ±10 %", "p_max ±5 %, mine ±20 %")
+    was, now = settings["own_functions.mine"]
+    assert was.startswith("source ")
+    assert was != now
+    assert any("setting own_functions.mine: source " in line for line in head_lines(compare_tables(*tables)))
+
+
+def test_limits_and_functions_of_own_criteria_of_maps_that_differ_are_shown(tmp_path):
+    peak, text = (OwnCriterion(function, "mine", 0.1) for function in (own_functions.peak, own_functions.text))
+    tables = [
+        load_table(write_study(tmp_path / f"{number}", [case_row()], criteria=Criteria(own=criteria).record))
+        for number, criteria in enumerate(((peak,), (replace(text, limit=0.2),), None))
+    ]
+    settings = compare_tables(*tables[:2]).settings
+    assert {*settings} == {"own_limits.mine", "own_functions.mine"}
+    assert settings["own_limits.mine"] == ("0.1 -", "0.2 -")
+    # the criterion is in a single table
+    assert compare_tables(tables[0], tables[2]).settings["own_limits.mine"] == ("0.1 -", "none")
 
 
 def test_a_shift_of_minus_zero_is_zero(tmp_path):

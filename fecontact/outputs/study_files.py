@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from fecontact.criteria import Criteria
@@ -11,12 +11,15 @@ from fecontact.outputs.pair_names import RowMapping
 from fecontact.outputs.records.results import package_versions
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.tables import write_csv
+from fecontact.outputs.words import criteria_settings
 from fecontact.profiles.curve import Profile
 
 STUDY_SCHEMA = "fecontact/study/3"
 
 
-def write_tables(study: str, cases: int, rows: Sequence[RowMapping], path: Path) -> None:
+def write_tables(
+    study: str, cases: int, rows: Sequence[RowMapping], path: Path, criteria_of_cases: Iterable[Criteria] = ()
+) -> None:
     """Write the rows of a study as CSV and JSON.
 
     Parameters
@@ -29,12 +32,15 @@ def write_tables(study: str, cases: int, rows: Sequence[RowMapping], path: Path)
         Rows of the cases.
     path
         Path of the files without the endings .csv and .json.
+    criteria_of_cases
+        Criteria of each case.
     """
     write_csv(rows, path.with_name(f"{path.name}.csv"))
     record = {
         "schema": STUDY_SCHEMA,
         "study": study,
         "cases": cases,
+        **criteria_settings(criteria_of_cases),
         "rows": rows,
         "versions": package_versions(),
     }

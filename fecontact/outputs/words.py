@@ -8,8 +8,10 @@ from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from importlib.resources import files
+from typing import Any
 
 from fecontact.criteria import Criteria
+from fecontact.files import OWN_FUNCTIONS_SETTING, describe_source
 from fecontact.inputs.texts import count_text
 from fecontact.outputs.flat_records import relative_name
 from fecontact.own_criterion import is_own, is_own_relative, split_own_measure
@@ -201,6 +203,29 @@ def list_criteria_texts(criteria_of_cases: Iterable[Criteria]) -> list[str]:
     """
     counts = Counter(map(criteria_text, criteria_of_cases))
     return [f"{text} ({count_text(count, 'case')})" if len(counts) > 1 else text for text, count in counts.items()]
+
+
+def criteria_settings(criteria_of_cases: Iterable[Criteria]) -> dict[str, Any]:
+    """Settings of a table of results that name its criteria, for comparisons.
+
+    Parameters
+    ----------
+    criteria_of_cases
+        Criteria of each case.
+
+    Returns
+    -------
+    dict
+        Texts of the limits, and of the sources of own functions by the name of the criterion.
+    """
+    criteria_of_cases = list(criteria_of_cases)
+    sources = {
+        criterion.name: describe_source(criterion.source)
+        for criteria in criteria_of_cases
+        for criterion in criteria.own or ()
+    }
+    limits = " and ".join(list_criteria_texts(criteria_of_cases))
+    return {"limits": limits, OWN_FUNCTIONS_SETTING: sources} if limits else {}
 
 
 def limits_text(criteria: Criteria) -> str:

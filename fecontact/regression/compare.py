@@ -12,9 +12,11 @@ import numpy as np
 import pandas
 
 from fecontact.errors import InputError
+from fecontact.files import OWN_FUNCTIONS_SETTING
 from fecontact.inputs.texts import count_text
 from fecontact.regression.tables import (
     LATER_COLUMN_PREFIXES,
+    OWN_LIMITS_SETTING,
     TEXT_KIND,
     ResultTable,
     Tolerance,
@@ -46,6 +48,8 @@ _MATCH_COLUMNS = (
 _IRREGULARITY_COLUMNS = ("rail_irregularity", "wheel_irregularity", "distance_mm")
 # Ends of column names: the measure with the largest limit utilisation in a verdict, and that limit utilisation.
 _MEASURE_SUFFIX, _UTILISATION_SUFFIXES = "verdict_measure", ("limit_utilisation", "verdict_limit_utilisation")
+# Settings of tables that record their criteria: studies and cases, and maps.
+_LIMITS_SETTINGS = {"limits", "criteria.p_max"}
 # These are inputs only if the resolution has no name; else they follow from the patch.
 _ELEMENT_SIZE_COLUMNS = ("solver_element_size_mm_x", "solver_element_size_mm_y")
 
@@ -330,7 +334,7 @@ def compare_tables(
         },
         later_columns=[name for name in extra if name.startswith(later)],
         versions=_find_changes(baseline.versions, new.versions),
-        settings=_find_changes(baseline.settings, new.settings),
+        settings=_find_changes(*_complete_own_settings(baseline.settings, new.settings)),
         verdicts=_verdict_table(places.set_axis(was.index), now, cases),
     )
 
@@ -366,6 +370,25 @@ def _check_columns(baseline: ResultTable, new: ResultTable, tolerances: Toleranc
 def _find_changes(baseline: Mapping[str, str], new: Mapping[str, str]) -> dict[str, tuple[str, str]]:
     """Entries (baseline, new) that are in both documents and differ."""
     return {name: (text, new[name]) for name, text in baseline.items() if name in new and new[name] != text}
+
+
+def _complete_own_settings(*settings_of_tables: Mapping[str, str]) -> list[dict[str, str]]:
+    """Settings of two tables with entries for all criteria of a user.
+
+    An entry is `none` if its table does not have the criterion.
+
+    A table whose limits are not recorded is unchanged.
+    """
+    own_names = [
+        name
+        for settings in settings_of_tables
+        for name in settings
+        if name.startswith((f"{OWN_FUNCTIONS_SETTING}.", f"{OWN_LIMITS_SETTING}."))
+    ]
+    return [
+        {**dict.fromkeys(own_names, "none"), **settings} if _LIMITS_SETTINGS & settings.keys() else dict(settings)
+        for settings in settings_of_tables
+    ]
 
 
 def _sort_worst_first(values: pandas.DataFrame) -> pandas.DataFrame:

@@ -19,7 +19,16 @@ import pandas
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from fecontact.errors import InputError
-from fecontact.files import FORMULA_PREFIXES, SEAL_KEY, explain_broken_seal, hash_file, read_json, read_toml
+from fecontact.files import (
+    FORMULA_PREFIXES,
+    OWN_FUNCTIONS_SETTING,
+    SEAL_KEY,
+    describe_source,
+    explain_broken_seal,
+    hash_file,
+    read_json,
+    read_toml,
+)
 from fecontact.inputs.texts import count_text, escape_invisible
 
 TEXT_KIND = "text"
@@ -208,6 +217,8 @@ _MAP_KEY = ("lateral_shift_mm", "load_kN")
 _YAW_COLUMN = "yaw_mrad"
 # Entries of a document that are not settings.
 _RESULT_ENTRIES = ("schema", "cases", "rows", "row", "versions", "reason", SEAL_KEY)
+OWN_LIMITS_SETTING = "own_limits"
+"""Setting with the limits of a user's criteria, by the name of the criterion."""
 _REMEDY = f"give a folder of results that fecontact wrote, a {', a '.join(_TABLE_NAMES)} or a CSV of studies/baselines"
 
 
@@ -286,7 +297,7 @@ def load_table(path: str | Path) -> ResultTable:
         key=key,
         rows=name_rows(file, rows, key, lambda _: "remove one of them"),
         versions=_flatten(versions) if isinstance(versions, dict) else {},
-        settings=_flatten({name: value for name, value in document.items() if name not in _RESULT_ENTRIES}),
+        settings=_read_settings(document),
     )
 
 
@@ -370,6 +381,18 @@ def _check_seal(path: Path, document: Mapping[str, Any], *, folder: bool) -> Non
         problem = f"{table} was changed after it was written (its checksum differs)"
     if problem:
         raise InputError(f"results: {problem}; run the study again, or restore the original files")
+
+
+def _read_settings(document: Mapping[str, Any]) -> dict[str, str]:
+    """Settings of a document as texts, with the limits and functions of a user's criteria."""
+    settings = _flatten({name: value for name, value in document.items() if name not in _RESULT_ENTRIES})
+    criteria = document.get("criteria")
+    own_criteria = criteria.get("own") if isinstance(criteria, dict) else None
+    for criterion in own_criteria if isinstance(own_criteria, list) else ():
+        if isinstance(criterion, dict) and isinstance(name := criterion.get("name"), str):
+            settings[f"{OWN_LIMITS_SETTING}.{name}"] = f"{criterion.get('limit')} {criterion.get('unit')}"
+            settings[f"{OWN_FUNCTIONS_SETTING}.{name}"] = describe_source(str(criterion.get("source")))
+    return settings
 
 
 def _flatten(document: Mapping[str, Any], prefix: str = "") -> dict[str, str]:

@@ -167,7 +167,8 @@ def judge_study(
         if old.get("verdict_answer") and new.get("verdict_answer") and old["verdict_answer"] != new["verdict_answer"]
     }
     if out is not None:
-        write_tables(name, cases, rows, out / "study")
+        new_criteria = [changed_case.criteria for changed_case in changed_cases if changed_case is not None]
+        write_tables(name, cases, rows, out / "study", new_criteria)
         report_judged(name, rows, folders, out, changed_cases)
     return JudgedStudy(
         rows=tuple(rows),

@@ -38,6 +38,7 @@ from fecontact.outputs.records.stored import (
     solved_record,
     write_arrays,
 )
+from fecontact.outputs.words import criteria_settings
 from fecontact.placement.wheel_on_rail import Placement
 from fecontact.profiles.library import file_of_identity, is_library_name, read_content
 from fecontact.profiles.reading import is_short_form
@@ -307,7 +308,7 @@ def write_case_records(
     write_case_figure(result, folder / "case.png", svg=svg)
     result_provenance = make_provenance(result.case, id=case_records.row["id"], settings=dict(settings or {}))
     write_json(folder / RECORD_FILE, {**case_records.record, "provenance": result_provenance})
-    write_row(folder / ROW_FILE, case_records.row)
+    write_row(folder / ROW_FILE, case_records.row, criteria_settings([result.case.criteria]))
 
 
 def seal_case(case: Case, folder: Path) -> None:

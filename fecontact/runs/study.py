@@ -278,7 +278,8 @@ class _Table:
     def write(self) -> list[Row]:
         """Write the tables of the study, or of the part; returns their rows in the order of the study."""
         rows = [self._rows[name] for name, _ in self._named if name in self._rows]
-        write_tables(self._study, self._cases, rows, self._out / self._stem)
+        criteria_of_cases = [case.criteria for case in self._inputs.values()]
+        write_tables(self._study, self._cases, rows, self._out / self._stem, criteria_of_cases)
         return rows
 
 

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 from fecontact import __version__
 from fecontact.case import Case, make_case_record
@@ -601,7 +601,7 @@ def _irregular_columns(case: Case, placement: Placement | None) -> Row:
     }
 
 
-def write_row(path: Path, row: Row) -> Path:
+def write_row(path: Path, row: Row, settings: Mapping[str, Any] | None = None) -> Path:
     """Write a row with the versions of the packages that made it.
 
     Numbers that JSON does not have are written as texts.
@@ -612,6 +612,8 @@ def write_row(path: Path, row: Row) -> Path:
         File to write.
     row
         Flat row.
+    settings
+        Further entries of the file, for comparisons.
 
     Returns
     -------
@@ -619,7 +621,8 @@ def write_row(path: Path, row: Row) -> Path:
         The written file.
     """
     json_row = {key: repr(value) if _is_not_finite(value) else value for key, value in row.items()}
-    return write_json(path, {"schema": ROW_SCHEMA, "row": json_row, "versions": package_versions()})
+    document = {"schema": ROW_SCHEMA, **(settings or {}), "row": json_row, "versions": package_versions()}
+    return write_json(path, document)
 
 
 def read_row(path: Path) -> Row:
