@@ -106,6 +106,13 @@ class UnavailableFunction:
 
 OWN_PREFIX, _ABSOLUTE_PREFIX, _UNIT_MARK = "own_", "own_absolute_", "_in_"
 """Beginning of the names of measures that a user has defined."""
+RESERVED_NAMES = (
+    *("p_max", "area", "a", "b", "centre", "valley", "separate", "misplaced", "extent_x", "extent_y", "approach"),
+    *("p_max_MPa", "area_mm2", "a_mm", "b_mm", "extent_x_mm", "extent_y_mm", "approach_mm"),
+    *("centre_over_b", "separate_load", "misplaced_load"),
+    *("strength", "patch", "all", "own", "none"),
+)
+"""Names of measures and of their sets, and words of options, which are no names of a user's criteria."""
 _ALLOWED_NAME = re.compile(r"[A-Za-z][A-Za-z0-9]*(_[A-Za-z0-9]+)*")
 _ALLOWED_UNIT = re.compile(r"[A-Za-z0-9µ²³^·]+([ /][A-Za-z0-9µ²³^·]+)*")
 _LONGEST_NAME = 30
@@ -190,6 +197,11 @@ file .py, and import it from there
             raise InputError(
                 f"name of the own criterion is {name!r:.80}; allowed: at most {_LONGEST_NAME} letters, digits and"
                 " single underscores, without the word in, and not beginning with absolute_; such as mean_pressure"
+            )
+        if name.lower() in map(str.lower, RESERVED_NAMES):
+            raise InputError(
+                f"name of the own criterion is {name!r}, which is a measure or a word of the program; allowed: all"
+                f" except {', '.join(RESERVED_NAMES)}; such as my_{name}"
             )
         if not isinstance(unit, str) or (unit != "-" and not _ALLOWED_UNIT.fullmatch(unit)):
             raise InputError(

@@ -55,7 +55,8 @@ def case(
         Width of a new figure in mm, such as 85 or 170 in a paper. If not given, the whole picture is equal to
         `case.png`.
     title
-        Whether the picture has a title.
+        Whether a single field has a title, and whether a picture of several fields has the case and the reason of the
+        verdict above it. Fields of such a picture keep their titles, because these name them.
     numbers
         Whether the lobes have numbers.
 

@@ -19,17 +19,24 @@ from kept import keep_case
 
 import fecontact
 from fecontact.cli import call
-from fecontact.criteria import Criteria
+from fecontact.criteria import _OWN_ALONE, _SETS, Criteria
 from fecontact.errors import InputError
 from fecontact.guide.pages import read_page
 from fecontact.jobs.store import describe_differences
 from fecontact.judging.judge import judge_load
+from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate_own_budget
 from fecontact.judging.verdict import judge
 from fecontact.outputs.records.results import case_row, load_record, result_record
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
-from fecontact.own_criterion import OwnCriterion, UnavailableFunction, restore_criterion, split_own_measure
+from fecontact.own_criterion import (
+    RESERVED_NAMES,
+    OwnCriterion,
+    UnavailableFunction,
+    restore_criterion,
+    split_own_measure,
+)
 from fecontact.runs.identity import determine_origin, make_case_id
 from fecontact.runs.store import read_case, seal_case
 
@@ -101,9 +108,9 @@ def test_values_have_their_units(exact):
 
 
 def test_a_difference_is_judged_in_its_unit(exact):
-    centre = OwnCriterion(own_functions.centre, "centre", 0.2, "mm", relative=False)
+    centre = OwnCriterion(own_functions.centre, "load_centre", 0.2, "mm", relative=False)
     load = judged_by(exact, Criteria(own=centre))
-    assert centre.key == "own_absolute_centre_in_mm"
+    assert centre.key == "own_absolute_load_centre_in_mm"
     assert abs(load.deviation[centre.key]) < 1e-3
     # the centre of pressure may be off by 0.004 b through the cut planes
     b_mm = load.comparison.fe.b_mm
@@ -249,6 +256,10 @@ def test_functions_that_no_worker_can_import_are_refused(function, words):
         ({"name": "mean pressure"}, "name of the own criterion is 'mean pressure'"),
         ({"name": "share_in_middle"}, "without the word in"),
         ({"name": "absolute_load"}, "not beginning with absolute_"),
+        ({"name": "p_max"}, "which is a measure or a word of the program; allowed: all except p_max, area, a, b"),
+        ({"name": "Area"}, "such as my_Area"),
+        ({"name": "all"}, "such as my_all"),
+        ({"name": "own"}, "such as my_own"),
         ({"unit": "%"}, "give a fraction in place of %"),
         ({"relative": "no"}, "relative is 'no'; allowed: True, False"),
     ],
@@ -256,6 +267,10 @@ def test_functions_that_no_worker_can_import_are_refused(function, words):
 def test_wrong_settings_are_refused_with_a_remedy(settings, words):
     with pytest.raises(InputError, match=re.escape(words)):
         OwnCriterion(**{"function": own_functions.peak, "name": "peak", "limit": 0.1, **settings})
+
+
+def test_all_measures_and_sets_are_reserved():
+    assert {*_SETS, *_SETS["all"], *_OWN_ALONE, *MEASURES, *MISFITS} <= {*RESERVED_NAMES}
 
 
 @pytest.mark.parametrize(
@@ -291,7 +306,7 @@ def test_units_are_read_back_from_the_names_of_measures(unit):
 
 
 def test_records_and_rows_have_own_criteria(exact):
-    centre = OwnCriterion(own_functions.centre, "centre", 0.2, "mm", relative=False)
+    centre = OwnCriterion(own_functions.centre, "load_centre", 0.2, "mm", relative=False)
     criteria = Criteria(own=(PEAK, centre))
     result = replace(exact, load=judged_by(exact, criteria))
     record = json.loads(json.dumps(result_record(result)))
@@ -304,8 +319,8 @@ def test_records_and_rows_have_own_criteria(exact):
     row = case_row(result)
     assert row["fe_own_peak_in_MPa"] == first["fe"]
     assert row["hertz_deviation_own_peak_percent"] == pytest.approx(100.0 * first["deviation"])
-    assert row["hertz_uncertainty_own_absolute_centre_in_mm"] == second["uncertainty"]
-    assert criteria_text(criteria).endswith("peak ±5 %, centre ±0.2 mm")
+    assert row["hertz_uncertainty_own_absolute_load_centre_in_mm"] == second["uncertainty"]
+    assert criteria_text(criteria).endswith("peak ±5 %, load_centre ±0.2 mm")
 
 
 def test_the_source_of_a_function_identifies_a_result():
@@ -419,7 +434,7 @@ def normalise(load) -> dict:
 
 
 def test_stored_values_give_the_stored_verdict_without_the_function(exact):
-    centre = OwnCriterion(own_functions.centre, "centre", 0.2, "mm", relative=False)
+    centre = OwnCriterion(own_functions.centre, "load_centre", 0.2, "mm", relative=False)
     load = judged_by(exact, Criteria(own=(PEAK, centre)))
     restored = judge_by_stored_values(load, exact.placement)
     assert normalise(restored) == normalise(load)

@@ -232,6 +232,8 @@ def test_a_picture_for_a_paper_has_its_width_and_follows_the_settings_of_matplot
     column = fecontact.plot.case(elliptic_quick, width_mm=85, title=False, numbers=False)
     assert column.get_figwidth() == pytest.approx(85.0 / 25.4)
     assert not column.get_suptitle()
+    # panels keep the titles that name their fields
+    assert {"finite elements", "lateral cut at x = 0.00 mm"} <= {axes.get_title() for axes in column.axes}
     field = fecontact.plot.case(elliptic_quick, field="lateral cut", width_mm=85, title=False)
     assert [axes.get_title() for axes in field.axes] == [""]
 
