@@ -28,7 +28,8 @@ from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate_own_budget
 from fecontact.judging.verdict import judge
-from fecontact.outputs.records.results import case_row, load_record, result_record
+from fecontact.outputs.cases import measures_table
+from fecontact.outputs.records.results import case_row, load_record, load_row, result_record
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
 from fecontact.own_criterion import (
     RESERVED_NAMES,
@@ -440,10 +441,10 @@ def test_stored_values_give_the_stored_verdict_without_the_function(exact):
     assert normalise(restored) == normalise(load)
     assert restored.stored_own == (PEAK.key, centre.key)
     assert [criterion["stored"] for criterion in load_record(restored)["own_criteria"]] == [True, True]
-    assert any(
-        "own criterion peak: no imported module has its function absent; its stored values are used" in warning
-        for warning in restored.warnings
-    )
+    assert repr(restored).endswith(", own criteria by stored values>")
+    tables = [measures_table(record, record["theories"]["hertz"]) for record in map(load_record, (load, restored))]
+    first_titles = [[row.cells[0] for row in table.rows if "peak (" in row.cells[0]] for table in tables]
+    assert first_titles == [["peak (MPa)"], ["peak (MPa), stored"]]
     # a third judgement has the stored values too
     assert restored.own_evaluations == load.own_evaluations
 
@@ -466,7 +467,9 @@ def test_a_stored_case_has_its_verdict_without_the_function(exact, tmp_path, cap
     (tmp_path / "case" / "solved.json").write_text(record.replace("own_functions:peak", "absent:absent"), "utf-8")
     restored = read_case(tmp_path / "case")
     assert normalise(restored.load) == normalise(load)
-    assert "Hertz UNRESOLVED by own_peak_in_MPa (stored value)" in repr(restored.load)
+    assert "Hertz UNRESOLVED by own_peak_in_MPa, own criteria by stored values" in repr(restored.load)
+    # a table that is judged again without a change is equal
+    assert load_row(restored.load, exact.placement) == load_row(load, exact.placement)
     # the command answers by the own criterion alone, and keeps its limit
     seal_case(load.case, tmp_path / "case")
     assert call(["judge", str(tmp_path / "case"), "--judged-by", "own"]) == 0

@@ -85,7 +85,8 @@ class JudgedLoad:
         case, verdict = self.case, self.verdict
         return (
             f"<JudgedLoad {case.rail} and {case.wheel}, {case.lateral_shift_mm:+z.2f} mm, {self.load_N / 1e3:g} kN:"
-            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}{self.stored_mark}>"
+            f" {self.status}, Hertz {verdict.answer} by {verdict.measure}"
+            f"{', own criteria by stored values' * bool(self.stored_own)}>"
         )
 
     @property
@@ -107,11 +108,6 @@ class JudgedLoad:
             for criterion in self.case.criteria.own or ()
             if not criterion.is_available and criterion.key in values
         )
-
-    @property
-    def stored_mark(self) -> str:
-        """Mark of a verdict by a stored value of a user's measure; empty for other verdicts."""
-        return " (stored value)" if self.verdict.measure in self.stored_own else ""
 
     @property
     def level(self) -> Level:

@@ -45,9 +45,9 @@ def iterate_warnings(load: JudgedLoad) -> Iterator[str]:
             for side, hertz in sides.items()
         )
         yield f"the curvature is undefined at the contact point: {'; '.join(descriptions)}"
-    stored_own, not_judged = load.case.criteria.describe_unavailable_own(load.stored_own)
-    yield from stored_own
-    yield from (f"not judged: {text}" for text in not_judged)
+    # stored values change no number: a table that is judged again without a change has no new warning
+    _, unjudged_texts = load.case.criteria.describe_unavailable_own(load.stored_own)
+    yield from (f"not judged: {text}" for text in unjudged_texts)
     yield from load.solved.limits
     yield from describe_solution_faults(load.solved)
     for loads in compare_patch_loads(load.solved.levels):

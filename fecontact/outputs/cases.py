@@ -189,7 +189,7 @@ def _own_measure_columns(measure: str) -> tuple[Column, Column]:
     """Columns of the deviation of Hertz in a user's measure, and of its uncertainty."""
     words, (deviation, uncertainty, _) = MEASURE_WORDS[measure], deviation_columns(measure)
     unit = f"dev {words.off_unit}".rstrip()
-    sign_form, form = ("{:+.3g}", "{:.2g}") if words.has_any_size else ("{:+z.1f}", "{:.1f}")
+    sign_form, form = ("{:+.3g}", "{:.3g}") if words.has_any_size else ("{:+z.1f}", "{:.1f}")
     return (
         number_column(f"{words.short}\n{unit}", deviation, sign_form),
         number_column(
@@ -327,6 +327,7 @@ def measures_table(
         The table.
     """
     limits, answers = record["verdict"]["limits"], judgement["verdict"]["each"]
+    stored_measures = {criterion["measure"] for criterion in record["own_criteria"] if criterion.get("stored")}
     other_measures = () if judged_only else (measure for measure in MEASURE_WORDS if measure not in limits)
     lines = []
     for measure in (*limits, *other_measures):
@@ -336,7 +337,7 @@ def measures_table(
         if measure in judgement:
             values = (number_text(record["fe"][measure]), number_text(judgement[measure]))
         cells = [
-            words.title,
+            words.title + ", stored" * (measure in stored_measures),
             *values,
             words.deviation_text(deviation),
             words.deviation_text(judgement["uncertainty"].get(measure), size=True),

@@ -19,7 +19,7 @@ from fecontact.outputs.parts import Part
 from fecontact.outputs.records.results import Row, case_row, read_row
 from fecontact.outputs.study_files import write_tables
 from fecontact.outputs.study_report import parts_of_judged_rows
-from fecontact.outputs.words import list_criteria_texts
+from fecontact.outputs.words import criteria_settings, list_criteria_texts
 from fecontact.runs.casefile import list_feature_result_files, list_result_files
 from fecontact.runs.report import report_judged
 from fecontact.runs.store import (
@@ -100,8 +100,9 @@ class JudgedStudy:
 
     @property
     def record(self) -> Mapping[str, Any]:
-        """Rows, changed verdicts by id, and number of cases without a row."""
-        return {"rows": self.rows, "changed": self.changed, "missing": self.missing}
+        """Criteria, rows, changed verdicts by id, and number of cases without a row."""
+        settings = criteria_settings(self.case_criteria.values())
+        return {**settings, "rows": self.rows, "changed": self.changed, "missing": self.missing}
 
     def terminal_parts(self, width: int | None) -> Iterable[Part]:
         """Parts for a terminal: the rows and the changed verdicts.
