@@ -366,7 +366,8 @@ def copy_solved(finished: Path, folder: Path, case: Case, result: SolvedLoads) -
         shutil.copytree(finished / PROFILES_FOLDER, folder / PROFILES_FOLDER)
     record = read_solution(finished)
     loads = [
-        {name: value for name, value in stored_load.items() if name != _OWN_ENTRY} | _own_entry(load)
+        {name: value for name, value in stored_load.items() if name != _OWN_ENTRY}
+        | (_own_entry(load) if load.load_N == stored_load["load_N"] else {})
         for stored_load, load in zip(record["loads"], result.solved, strict=True)
     ]
     write_json(folder / SOLUTION_FILE, {**record, "case": case_inputs(case), "loads": loads})

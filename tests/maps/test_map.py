@@ -636,15 +636,15 @@ JUDGED = {}
 SWEEPING = threading.Lock()
 
 
-def judged_once(solved_load, placement, theories):
+def judged_once(solved_load, placement, theories, stored_own):
     """Judge equal loads only once.
 
     Every test reads positions, at 0.1 s per load. Equal means equal to the last bit.
     """
-    values = pickle.dumps((solved_load, format_json(placement_record(placement)), tuple(theories)))
+    values = pickle.dumps((solved_load, format_json(placement_record(placement)), tuple(theories), stored_own))
     key = hashlib.sha256(values).digest()
     if key not in JUDGED:
-        JUDGED[key] = judge_load(solved_load, placement, theories)
+        JUDGED[key] = judge_load(solved_load, placement, theories, stored_own)
     return JUDGED[key]
 
 
