@@ -111,8 +111,17 @@ def judge(
     _refuse_other_kind("creep", creep, Creep)
     if isinstance(creep, Creep):
         creep.refuse_unheard()
-    new_own = criteria.own if isinstance(criteria, Criteria) else (criteria or {}).get("own")
-    Criteria(own=new_own).refuse_unsendable_own()
+    elif creep:
+        # wrong values are refused before the results are read
+        Creep(**creep)
+    if isinstance(criteria, Criteria):
+        criteria.refuse_unsendable_own()
+    elif criteria:
+        # whether `own` may decide alone depends on the stored criteria
+        is_own_alone = criteria.get("judged_by") == ("own",)
+        Criteria(
+            **{name: value for name, value in criteria.items() if not (is_own_alone and name == "judged_by")}
+        ).refuse_unsendable_own()
     refuse_output_folder(folder, out)
     if (folder / "map.json").is_file():
         return judge_map(folder, criteria, out, creep=creep, measure=measure, theory=theory, progress=progress)
