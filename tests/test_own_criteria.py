@@ -28,7 +28,7 @@ from fecontact.judging.measures import MEASURES, MISFITS
 from fecontact.judging.own_measures import make_evaluations_record, restore_evaluations
 from fecontact.judging.uncertainty import Sensitivity, SolutionQuality, estimate_own_budget
 from fecontact.judging.verdict import judge
-from fecontact.outputs.cases import measures_table
+from fecontact.outputs.cases import deviation_table, measures_table
 from fecontact.outputs.records.results import case_row, load_record, load_row, result_record
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
 from fecontact.own_criterion import (
@@ -322,6 +322,13 @@ def test_records_and_rows_have_own_criteria(exact):
     assert row["hertz_deviation_own_peak_percent"] == pytest.approx(100.0 * first["deviation"])
     assert row["hertz_uncertainty_own_absolute_load_centre_in_mm"] == second["uncertainty"]
     assert criteria_text(criteria).endswith("peak ±5 %, load_centre ±0.2 mm")
+    # both deviations have their uncertainties beside them
+    table = deviation_table([row], "", 50)
+    cells = dict(zip((column.heading for column in table.columns), table.rows[0].cells, strict=True))
+    uncertainty_mm = row["hertz_uncertainty_own_absolute_load_centre_in_mm"]
+    assert cells["\n± mm"] == f"{uncertainty_mm:.3g}"
+    headings = [column.heading for column in table.columns]
+    assert headings[headings.index("peak\ndev %") + 1] == "\n± %"
 
 
 def test_the_source_of_a_function_identifies_a_result():
