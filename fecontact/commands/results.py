@@ -38,7 +38,8 @@ def judge(
 ) -> int:
     """Judge stored results by different criteria, or with friction and creepages (no gmsh, no finite elements).
 
-    An option changes only the value that it names; all other limits and criteria stay as they are stored.
+    An option changes only the value that it names; all other limits and criteria stay as they are stored. For stored
+    own criteria alone, use --judged-by own.
 
     Parameters
     ----------
