@@ -267,7 +267,9 @@ def _contradictions(record: dict[str, Any]) -> Iterator[str]:
     """Theories of a solved case with a verdict that contradicts their deviation, uncertainty and limit."""
     limits, verdict = record["verdict"]["limits"], record["verdict"]
     side = "hertz_gauge" if verdict["side"] == "gauge" else "hertz"
-    utilisation = max(abs(record["theories"][side]["deviation"][measure]) / limit for measure, limit in limits.items())
+    # with a yield stress, the verdict is against bodies that yield
+    hertz = record["plastic"]["hertz"] if record.get("plastic") else record["theories"][side]
+    utilisation = max(abs(hertz["deviation"][measure]) / limit for measure, limit in limits.items())
     if not math.isclose(utilisation, verdict["limit_utilisation"], rel_tol=1e-9):
         yield f"{verdict['limit_utilisation']} of a limit against {utilisation} by its numbers"
     plastic = {} if record["plastic"] is None else {"plastic": record["plastic"]["hertz"]["verdict"]}
