@@ -120,7 +120,7 @@ def test_a_map_has_a_new_measure(tree):
 def test_a_fleet_screens_a_new_measure(tree):
     fecontact(tree, "fleet", "examples", "fleet", "--wheels", "1", "--rails", "1")
     (tree / "fleet" / "fleet.toml").write_text(FLEET, "utf-8")
-    assert "2 positions of 1 pairs" in fecontact(tree, "fleet", "run", "fleet/fleet.toml", "--out", "answer")
+    assert "2 positions of 1 pair," in fecontact(tree, "fleet", "run", "fleet/fleet.toml", "--out", "answer")
     script = (
         "import duckdb\n"
         'rows = duckdb.sql("select slenderness_percent, offset_uncertainty_percent, verdict'

@@ -16,6 +16,7 @@ import pytest
 import fecontact
 from fecontact.case import Case, make_case_record, read_case_record
 from fecontact.cli import call
+from fecontact.contact.halfspace import _build_grid
 from fecontact.contact.patch import measure_patch
 from fecontact.contact_theories.hertz import hertz_ellipse
 from fecontact.contact_theories.rolling.saturation import saturate
@@ -642,3 +643,15 @@ def test_misprints_of_the_source_are_told_where_its_equations_are_explained():
 def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
     table = Irregularity(kind="table", points_mm=((-30.0, 0.0), (-10.0, 0.01), (0.0, 0.02), (5.0, 0.03), (20.5, 0.0)))
     assert format_irregularity(table) == "table of 5 points from -30 to 20.5 mm"
+
+
+@pytest.mark.parametrize("length_mm", [3.7, 8.0, 11.3])
+def test_the_nodes_of_the_half_space_do_not_depend_on_the_last_digits(length_mm):
+    """Lengths are whole numbers of steps, whose rounded ratio is on either side of an integer."""
+    grids = [
+        _build_grid(-length_mm + error_mm, length_mm, 0.7 * length_mm, 2.0 * length_mm / 49, 0.7 * length_mm / 13)
+        for error_mm in (-1e-13, 0.0, 1e-13)
+    ]
+    for grid in grids[1:]:
+        assert grid.s_mm == pytest.approx(grids[0].s_mm, abs=1e-10)
+        assert grid.x_mm == pytest.approx(grids[0].x_mm, abs=1e-10)
