@@ -616,8 +616,8 @@ def _build_grid(low: float, high: float, half_width: float, step_x: float, step_
         If there are more than `_MAX_NODES` nodes.
     """
     count_x, count_y = (
-        math.ceil(length / step - _COUNT_SLACK) + more
-        for length, step, more in ((high - low, step_x, 5), (half_width, step_y, 3))
+        math.ceil(length / step - _COUNT_SLACK) + margin_count
+        for length, step, margin_count in ((high - low, step_x, 5), (half_width, step_y, 3))
     )
     if count_x * count_y > _MAX_NODES:
         raise ConvergenceError(

@@ -647,7 +647,7 @@ def test_a_table_is_told_by_the_number_of_its_points_and_its_ends():
 
 @pytest.mark.parametrize("length_mm", [3.7, 8.0, 11.3])
 def test_the_nodes_of_the_half_space_do_not_depend_on_the_last_digits(length_mm):
-    """Lengths are whole numbers of steps, whose rounded ratio is on either side of an integer."""
+    """Each length is a whole number of steps but for its rounding error."""
     grids = [
         _build_grid(-length_mm + error_mm, length_mm, 0.7 * length_mm, 2.0 * length_mm / 49, 0.7 * length_mm / 13)
         for error_mm in (-1e-13, 0.0, 1e-13)
