@@ -149,7 +149,9 @@ def test_both_wheels_of_an_axle_on_both_rails_are_mirrored(tmp_path, profiles):
         mirrored = rows["right"][key]
         assert (row.verdict, row.variants) == (mirrored.verdict, mirrored.variants)
         for name in NUMBERS:
-            assert row[name] == pytest.approx(mirrored[name], rel=1e-9, abs=1e-9), (key, name)
+            # a percentage is a difference of two pressures: 1e-7 % is 1e-9 of them
+            least_difference = 1e-7 if name.endswith("_percent") else 1e-9
+            assert row[name] == pytest.approx(mirrored[name], rel=1e-9, abs=least_difference), (key, name)
     # each wheel has its own contact: both sides differ
     places = [rows["left"][name, name, 3.0].place_y_mm for name in ("left", "right")]
     assert abs(places[0] - places[1]) > 1e-3
