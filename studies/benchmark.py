@@ -34,7 +34,7 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from datetime import datetime
@@ -210,8 +210,8 @@ def study_seconds(workers: int, out: Path, quick: bool) -> float:
     return time.perf_counter() - start
 
 
-# Commit for the comparison of times: the last state before profiles became polynomials in arrays.
-BEFORE = "5231ed3"
+# Commit for the comparison of times: the last state before threads followed the size of a factor.
+BEFORE = "60aa963a"
 # CPU seconds in a single process, after all imports. It runs with the code of both commits.
 GEOMETRY = """
 import json, sys, time
@@ -219,12 +219,8 @@ from dataclasses import replace
 from fecontact.case import Case
 from fecontact.profiles.resolve import resolve_rail, resolve_wheel
 from fecontact.solving.placing import place_case
-try:
-    from fecontact.solving.alone import evaluate_theory
-    from fecontact.solving.hertz_alone import evaluate_hertz
-except ImportError:
-    from fecontact.alone.position import theory_alone as evaluate_theory
-    from fecontact.solving.hertz_alone import hertz_alone as evaluate_hertz
+from fecontact.solving.alone import evaluate_theory
+from fecontact.solving.hertz_alone import evaluate_hertz
 exact, measured = Case(), Case(rail=sys.argv[1], wheel=sys.argv[2])
 def seconds(function, *values):
     start = time.process_time()
@@ -253,16 +249,11 @@ CASE_FILES = """
 import json, time
 from pathlib import Path
 from tempfile import TemporaryDirectory
-try:
-    from fecontact.case import Case
-    from fecontact.outputs.figures.case import write_case_figure
-    from fecontact.outputs.paraview.vtk import write_case_vtk
-    from fecontact.runs.store import CaseRecords
-    from fecontact.solving.solve import solve
-except ImportError:
-    # a checkout before these modules
-    print("{}")
-    raise SystemExit from None
+from fecontact.case import Case
+from fecontact.outputs.figures.case import write_case_figure
+from fecontact.outputs.paraview.vtk import write_case_vtk
+from fecontact.runs.store import CaseRecords
+from fecontact.solving.solve import solve
 result = solve(Case(lateral_shift_mm=3.0, refine="never"))
 def seconds(function):
     function()
@@ -304,8 +295,6 @@ COMMANDS = (
 )
 # CPU seconds, wall seconds and peak memory (GB).
 Cost: TypeAlias = tuple[float, ...]
-# Options of the earlier commit that have a different name now.
-OLD_WORDS = {"--refine evidence": "--evidence"}
 FOUR_LOADS = 'rail = "60E1"\nwheel = "S1002"\nlateral_shift_mm = {}\nload_kN = [20.0, 50.0, 80.0, 120.0]\n'
 
 
@@ -317,14 +306,12 @@ def compare_with_commit(quick: bool, repeats: int) -> str:
         git = ["git", "-C", str(repository), "worktree"]
         subprocess.run([*git, "add", "--quiet", "--detach", str(tree), BEFORE], check=True)
         try:
-            return compare_checkouts(tree, BEFORE, quick, repeats, OLD_WORDS)
+            return compare_checkouts(tree, BEFORE, quick, repeats)
         finally:
             subprocess.run([*git, "remove", "--force", str(tree)], check=True)
 
 
-def compare_checkouts(
-    before: Path, label: str, quick: bool, repeats: int, old_words: Mapping[str, str] | None = None
-) -> str:
+def compare_checkouts(before: Path, label: str, quick: bool, repeats: int) -> str:
     """Table of the costs of another checkout and of the present code.
 
     Both do equal work in turn, so that the load of the machine is equal for both. The least of all repeats counts, and
@@ -340,8 +327,6 @@ def compare_checkouts(
         Whether only the first commands run.
     repeats
         Number of runs of each part and command.
-    old_words
-        Options of commands that have a different name in the other checkout, by their present name.
     """
     checkouts = before, Path(__file__).resolve().parents[1]
     with TemporaryDirectory() as folder:
@@ -362,7 +347,7 @@ def compare_checkouts(
     lines.append(f"{'CPU s, wall s, GB':56} {label:>20} {'now':>20} {'ratios':>14}")
     for threads in (1, None):
         for command in QUICK_COMMANDS if quick else COMMANDS:
-            costs = _compare_command(checkouts, command, threads, repeats, old_words or {})
+            costs = _compare_command(checkouts, command, threads, repeats)
             then, now = (" ".join(f"{value:6.2f}" for value in cost) for cost in costs)
             ratios = " ".join(f"{b / a:4.2f}" for a, b in zip(*costs, strict=True))
             name = command if threads == 1 else f"{command}, default threads"
@@ -371,17 +356,10 @@ def compare_checkouts(
 
 
 def _compare_command(
-    checkouts: tuple[Path, Path], command: str, threads: int | None, repeats: int, old_words: Mapping[str, str]
+    checkouts: tuple[Path, Path], command: str, threads: int | None, repeats: int
 ) -> tuple[Cost, Cost]:
     """Least costs of a command in both checkouts."""
-    old_command = command
-    for now, then in old_words.items():
-        old_command = old_command.replace(now, then)
-    commands = old_command, command
-    runs = [
-        [_run_command(root, words, threads) for root, words in zip(checkouts, commands, strict=True)]
-        for _ in range(repeats)
-    ]
+    runs = [[_run_command(root, command, threads) for root in checkouts] for _ in range(repeats)]
     before, now = (tuple(min(run[k][i] for run in runs) for i in range(3)) for k in (0, 1))
     return before, now
 
