@@ -1230,7 +1230,7 @@ def test_a_picture_of_a_case_is_the_same_after_pictures_of_others(elliptic_quick
         pictures[name] = render_svg(figure)
     assert len(set(pictures.values())) == len(cases)
     figure = blank_figure(1.0, 1.0)
-    for name in [*cases, *reversed(cases)]:
+    for name in [*cases, "two lobes"]:
         figure.set_size_inches(*case_inches(cases[name][-1]))
         draw_case(figure, *cases[name])
         assert render_svg(figure) == pictures[name], name

@@ -250,3 +250,11 @@ def test_the_page_has_the_numbers_of_its_position(page):
         # the last digits depend on the machine
         assert float(peak) == pytest.approx(levels[nearest][0], abs=0.1)
         assert float(area) == pytest.approx(levels[nearest][1], abs=0.02)
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_a_size_of_zero_has_no_relative_uncertainty(measure):
+    """A lobe on a single line of nodes has the half-width 0."""
+    assert math.isnan(estimate_step_budget(measure, [0.0, 0.1]).total)
+    budget = estimate_elements_budget(measure, [0.0, 0.1], elements=5.0, compliance_error=0.01)
+    assert budget is None or math.isnan(budget.total)

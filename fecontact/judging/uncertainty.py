@@ -132,8 +132,8 @@ def estimate_budget(
     Returns
     -------
     UncertaintyBudget or None
-        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
-        the uncertainty of the measure.
+        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite, or if a relative value is 0;
+        None if meshes do not show the uncertainty of the measure.
 
     Examples
     --------
@@ -200,12 +200,13 @@ def estimate_step_budget(
     Returns
     -------
     UncertaintyBudget
-        Relative for `MEASURES`, absolute for `MISFITS` (-); NaN if a value is not finite.
+        Relative for `MEASURES`, absolute for `MISFITS` (-); NaN if a value is not finite, or if a relative value is 0.
     """
     declared, value_by_other_fit = UNCERTAINTIES[measure], values[0] if otherwise is None else otherwise
-    if not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
-        return UncertaintyBudget(mesh_change=math.nan)
     size = abs(values[0]) if measure in MEASURES else 1.0
+    # a lobe on a single line of nodes has the half-width 0, but for rounding errors
+    if size == 0.0 or not all(math.isfinite(value) for value in (*values, value_by_other_fit)):
+        return UncertaintyBudget(mesh_change=math.nan)
     change_factor = _SEPARATION_CHANGE_FACTOR if quality.parting else _CHANGE_FACTOR
     return UncertaintyBudget(
         mesh_change=change_factor * compute_mesh_change(values) / size,
@@ -365,13 +366,15 @@ def estimate_elements_budget(
     Returns
     -------
     UncertaintyBudget or None
-        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite; None if meshes do not show
-        the uncertainty of the measure.
+        Relative for `MEASURES`, absolute for `MISFITS` (-). NaN if a value is not finite, or if a relative value is 0;
+        None if meshes do not show the uncertainty of the measure.
     """
     declared = UNCERTAINTIES[measure]
     if declared.elements_reading is None:
         return None
     size = abs(values[0]) if measure in MEASURES else 1.0
+    if size == 0.0:
+        return UncertaintyBudget(mesh_change=math.nan)
     return UncertaintyBudget(
         reading=declared.elements_reading * (_REFERENCE_ELEMENTS / elements) ** declared.elements_order,
         mesh_change=compute_mesh_change(values) / size,
