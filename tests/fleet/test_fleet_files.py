@@ -77,7 +77,8 @@ def test_weights_of_positions_are_products_and_sum_to_one(tmp_path):
     paired = read_paired_profiles(fleet, candidates, read_with_statuses({"lost": "refused"}))
     statuses = {profile.candidate.name: profile.record["status"] for profile in paired.profiles}
     assert statuses == {"a": "read", "b": "read", "lost": "refused", "unlisted": "unused", "x": "read", "y": "read"}
-    # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out
+    # by hand: a x 1 * 2, a y 2 * 2, b x 1 * 6, over 12; what was refused is left out: 9 * 1 of 12 + 9
+    assert paired.unusable_text == ("1 of 4 listed pairs, 42.9 % by weight, is left out, because a file cannot be used")
     assert paired.pairs == {
         ("a", "x"): pytest.approx(2 / 12),
         ("a", "y"): pytest.approx(4 / 12),
@@ -148,6 +149,27 @@ def test_only_the_files_of_drawn_pairs_are_read(tmp_path):
     assert len(names) == len(set(names)) <= 40
     assert paired.count_files("unused") == 2000 - len(names)
     assert [profile.candidate for profile in paired.profiles] == candidates
+
+
+def test_more_draws_and_a_new_file_keep_the_pairs(tmp_path):
+    wheels, rails = ({f"{body}{k}": 1.0 + k % 3 for k in range(40)} for body in "wr")
+    pairs = {}
+    for count in (50, 80):
+        fleet = read_fleet(written(tmp_path, FLEET + f"[pairs]\ndraw = {count}\n"))
+        pairs[count] = read_paired_profiles(fleet, make_candidates(wheels, rails), read_with_statuses({})).pairs
+    assert pairs[50].keys() <= pairs[80].keys()
+    fleet = read_fleet(written(tmp_path, FLEET + "[pairs]\ndraw = 80\n"))
+    more_pairs = read_paired_profiles(
+        fleet, make_candidates(wheels | {"a new one": 2.0}, rails), read_with_statuses({})
+    ).pairs
+    # the new wheel has one fortieth of the weight, and replaces no other draws than its own
+    assert {wheel for wheel, _ in more_pairs.keys() - pairs[80].keys()} <= {"a new one"}
+    assert len(pairs[80].keys() & more_pairs.keys()) > 70
+    # a file that cannot be read is replaced by later draws
+    fewer_pairs = read_paired_profiles(
+        fleet, make_candidates(wheels, rails), read_with_statuses({"w3": "refused"})
+    ).pairs
+    assert {pair for pair in pairs[80] if pair[0] != "w3"} <= fewer_pairs.keys()
 
 
 def test_a_drawn_pair_that_cannot_be_used_is_replaced(tmp_path):

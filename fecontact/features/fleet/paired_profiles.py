@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +14,16 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.model import Fleet, normalise_weights
 from fecontact.features.fleet.population import BODIES, Candidate, Pair, list_all_pairs, list_table_pairs
 from fecontact.features.fleet.profile_files import ReadProfile, read_refusal_reason
-from fecontact.features.fleet.table_columns import READ, SUSPICIOUS, UNREAD, UNUSED, Body
+from fecontact.features.fleet.table_columns import READ, REFUSED, SUSPICIOUS, UNREAD, UNUSED, Body
 from fecontact.inputs.texts import count_text
 from fecontact.jobs.workers import WorkersLost
 
 # A fleet of which less than a twentieth of the drawn pairs can be used needs better files, not more draws. A few pairs
 # may need more draws.
 _MOST_DRAWS_PER_PAIR, _MOST_DRAWS_OF_FEW_PAIRS = 20, 1000
+
+# Pairs that are drawn at once, besides the needed ones, to replace pairs that cannot be used.
+_SPARE_DRAWS = 50
 
 Reader = Callable[[Sequence[Candidate]], Sequence[ReadProfile]]
 """Function that reads some profiles of a fleet, and returns the results in their order."""
@@ -39,11 +43,29 @@ class PairedProfiles:
     suspicious_share
         Share of the pairs, by weight, that suspicious profiles leave out, from 0 to 1. Pairs with a file that was
         refused or not read do not count.
+    listed, unusable
+        Number of pairs in a table of pairs, and number of those with a file that was refused or not read.
+    unusable_share
+        Share of the listed pairs, by weight, with such a file.
     """
 
     profiles: tuple[ReadProfile, ...]
     pairs: Mapping[Pair, float]
     suspicious_share: float
+    listed: int = 0
+    unusable: int = 0
+    unusable_share: float = 0.0
+
+    @property
+    def unusable_text(self) -> str:
+        """Sentence on the listed pairs that are left out; empty if there is none."""
+        if not self.unusable:
+            return ""
+        verb = "is" if self.unusable == 1 else "are"
+        return (
+            f"{self.unusable} of {count_text(self.listed, 'listed pair')}, {1e2 * self.unusable_share:.3g} % by weight,"
+            f" {verb} left out, because a file cannot be used"
+        )
 
     def count_files(self, status: str) -> int:
         """Number of the files with a status, such as `unused`."""
@@ -80,23 +102,23 @@ def read_paired_profiles(fleet: Fleet, candidates: Sequence[Candidate], read_fil
     -----
     Pairs are drawn one after the other, each wheel and each rail by its weight among the candidates. A pair with a file
     that cannot be used is replaced by the next one. The pairs thus are random pairs of the profiles that can be used
-    (rejection sampling), and the files of a large fleet need not be read to draw from it.
+    (rejection sampling), and the files of a large fleet need not be read to draw from it. A pair that is drawn twice
+    has the weight of two pairs.
     """
     if fleet.pairing.draw is not None:
         return _read_drawn_pairs(fleet, int(fleet.pairing.draw), candidates, read_files)
     if fleet.pairing.table is None:
         profiles = tuple(read_files(candidates))
         refuse_unusable(profiles)
-        pairs, share = list_all_pairs(*_weigh_profiles(profiles, READ)), _find_suspicious_share(profiles)
-    else:
-        path = fleet.folder / fleet.pairing.table
-        listed_pairs = list_table_pairs(path, {(candidate.body, candidate.name) for candidate in candidates})
-        names = {name for pair, _ in listed_pairs for name in _name_profiles(pair)}
-        paired_candidates = [candidate for candidate in candidates if (candidate.body, candidate.name) in names]
-        profiles = _add_unused(candidates, read_files(paired_candidates), f"it is in no pair of {path.name}")
-        refuse_unusable(profiles)
-        pairs, share = _weigh_listed_pairs(path, listed_pairs, profiles)
-    return PairedProfiles(profiles=profiles, pairs=pairs, suspicious_share=share)
+        pairs = list_all_pairs(*_weigh_profiles(profiles, READ))
+        return PairedProfiles(profiles=profiles, pairs=pairs, suspicious_share=_find_suspicious_share(profiles))
+    path = fleet.folder / fleet.pairing.table
+    listed_pairs = list_table_pairs(path, {(candidate.body, candidate.name) for candidate in candidates})
+    names = {name for pair, _ in listed_pairs for name in _name_profiles(pair)}
+    paired_candidates = [candidate for candidate in candidates if (candidate.body, candidate.name) in names]
+    profiles = _add_unused(candidates, read_files(paired_candidates), f"it is in no pair of {path.name}")
+    refuse_unusable(profiles)
+    return _weigh_listed_pairs(path, listed_pairs, profiles)
 
 
 def refuse_unusable(profiles: Iterable[ReadProfile]) -> None:
@@ -159,11 +181,14 @@ def _read_drawn_pairs(fleet: Fleet, count: int, candidates: Sequence[Candidate],
     usable: list[Pair] = []
     statuses: dict[tuple[Body, str], str] = {}
     if {candidate.body for candidate in usable_candidates} == {*BODIES}:
-        draw = _PairDraw(fleet.seed, usable_candidates)
-        # more files need more memory: without it, the same command goes on with the same draws later
         most_draws = max(_MOST_DRAWS_PER_PAIR * count, _MOST_DRAWS_OF_FEW_PAIRS)
+        available_pairs = _draw_pairs(fleet.seed, usable_candidates, count + _SPARE_DRAWS)
+        # more files need more memory: without it, the same command goes on with the same draws later
         while len(usable) < count and len(drawn_pairs) < most_draws and UNREAD not in statuses.values():
-            block = draw.next_pairs(min(count - len(usable), most_draws - len(drawn_pairs)))
+            end = min(len(drawn_pairs) + count - len(usable), most_draws)
+            if end > len(available_pairs):
+                available_pairs = _draw_pairs(fleet.seed, usable_candidates, min(2 * end, most_draws))
+            block = available_pairs[len(drawn_pairs) : end]
             names = {name for pair in block for name in _name_profiles(pair)} - statuses.keys()
             new = read_files(
                 [candidate for candidate in usable_candidates if (candidate.body, candidate.name) in names]
@@ -192,31 +217,45 @@ def _read_drawn_pairs(fleet: Fleet, count: int, candidates: Sequence[Candidate],
     )
 
 
-class _PairDraw:
-    """Random sequence of pairs: each wheel and each rail by its weight."""
+def _draw_pairs(seed: int, candidates: Sequence[Candidate], count: int) -> list[Pair]:
+    """First pairs of the random sequence of a seed.
 
-    def __init__(self, seed: int, candidates: Sequence[Candidate]) -> None:
-        """Begin the sequence of a seed.
+    Each wheel and each rail is drawn by its weight, with replacement.
 
-        Raises
-        ------
-        InputError
-            If a weight is negative or not finite, or all weights of a body are zero.
-        """
-        self._generator = np.random.default_rng(seed)
-        self._weights = [
-            normalise_weights(
-                ((candidate.name, candidate.weight) for candidate in candidates if candidate.body == body), f"[{body}s]"
-            )
-            for body in BODIES
-        ]
-
-    def next_pairs(self, count: int) -> list[Pair]:
-        """Draw the next pairs."""
-        wheels, rails = (
-            self._generator.choice(list(weights), count, p=list(weights.values())).tolist() for weights in self._weights
+    Raises
+    ------
+    InputError
+        If a weight is negative or not finite, or all weights of a body are zero.
+    """
+    wheels, rails = (
+        _draw_names(
+            seed, body, {candidate.name: candidate.weight for candidate in candidates if candidate.body == body}, count
         )
-        return list(zip(wheels, rails, strict=True))
+        for body in BODIES
+    )
+    return list(zip(wheels, rails, strict=True))
+
+
+def _draw_names(seed: int, body: Body, weights: Mapping[str, float], count: int) -> list[str]:
+    """First names of the random sequence of a seed.
+
+    Each name has a sequence of random exponential times of its own. In each draw the shortest time over weight wins: it
+    belongs to a name with the probability of its weight. So more draws keep the earlier ones, and a new or a removed
+    file changes only the draws that it wins. A draw from the sum of the weights would change nearly all of them, and
+    with them the finished pairs.
+
+    Source: exponential times as by Efraimidis and Spirakis (2006).
+    """
+    names = list(normalise_weights(weights.items(), f"[{body}s]"))
+    shortest_times, winners = np.full(count, np.inf), np.zeros(count, dtype=np.intp)
+    for number, name in enumerate(names):
+        if weights[name] > 0.0:
+            digest = hashlib.sha256(f"{seed} {body} {name}".encode()).digest()
+            generator = np.random.default_rng(int.from_bytes(digest[:16], "little"))
+            times = generator.standard_exponential(count) / weights[name]
+            is_shorter = times < shortest_times
+            shortest_times[is_shorter], winners[is_shorter] = times[is_shorter], number
+    return [names[winner] for winner in winners.tolist()]
 
 
 def _weigh_profiles(profiles: Sequence[ReadProfile], *statuses: str) -> Iterator[dict[str, float]]:
@@ -246,20 +285,24 @@ def _find_suspicious_share(profiles: Sequence[ReadProfile]) -> float:
 
 def _weigh_listed_pairs(
     path: Path, listed_pairs: Sequence[tuple[Pair, float]], profiles: Sequence[ReadProfile]
-) -> tuple[dict[Pair, float], float]:
-    """Weights of the listed pairs, and the share that suspicious profiles leave out.
+) -> PairedProfiles:
+    """Usable pairs of a table, and the shares of the other pairs.
 
     The weight of a pair is its weight in the table times the weights of both profiles.
     """
-    statuses = {(profile.candidate.body, profile.candidate.name): profile.record["status"] for profile in profiles}
-    wheels, rails = _weigh_profiles(profiles, READ, SUSPICIOUS)
-    weighted = [
-        (pair, weight * wheels[pair[0]] * rails[pair[1]])
-        for pair, weight in listed_pairs
-        if all(statuses[name] in (READ, SUSPICIOUS) for name in _name_profiles(pair))
-    ]
-    usable = [
-        (pair, weight) for pair, weight in weighted if all(statuses[name] == READ for name in _name_profiles(pair))
-    ]
-    pairs = normalise_weights(usable, f"table {path}")
-    return pairs, 1.0 - math.fsum(weight for _, weight in usable) / math.fsum(weight for _, weight in weighted)
+    by_name = {(profile.candidate.body, profile.candidate.name): profile for profile in profiles}
+    weights: dict[str, list[tuple[Pair, float]]] = {READ: [], SUSPICIOUS: [], REFUSED: []}
+    for pair, weight in listed_pairs:
+        pair_profiles = [by_name[name] for name in _name_profiles(pair)]
+        statuses = {profile.record["status"] for profile in pair_profiles}
+        status = REFUSED if not statuses <= {READ, SUSPICIOUS} else SUSPICIOUS if SUSPICIOUS in statuses else READ
+        weights[status].append((pair, weight * math.prod(profile.candidate.weight for profile in pair_profiles)))
+    sums = {status: math.fsum(weight for _, weight in weighted) for status, weighted in weights.items()}
+    return PairedProfiles(
+        profiles=tuple(profiles),
+        pairs=normalise_weights(weights[READ], f"table {path}"),
+        suspicious_share=sums[SUSPICIOUS] / (sums[READ] + sums[SUSPICIOUS]),
+        listed=len(listed_pairs),
+        unusable=len(weights[REFUSED]),
+        unusable_share=sums[REFUSED] / math.fsum(sums.values()),
+    )

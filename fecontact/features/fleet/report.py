@@ -179,6 +179,8 @@ def _describe_left_out(answer: FleetAnswer) -> str:
             f"; {count_text(suspicious_files, 'suspicious file')} and"
             f" {format_percent(answer.about.get('suspicious_share', 0.0))} % of the pairs, by weight, are left out"
         )
+    if unusable_pairs := answer.about.get("unusable_pairs"):
+        files += f"; {unusable_pairs}"
     if unscreened:
         files += f"; {describe_unscreened(unscreened, answer.about['pairs'])}"
     if population.no_contact:

@@ -80,6 +80,8 @@ class FleetScreening:
         Share of the pairs, by weight, with such a file.
     unused
         Number of files that were not read because they are in no pair.
+    unusable_pairs
+        Sentence on listed pairs with a file that cannot be used; empty if there is none.
     """
 
     out: Path
@@ -97,6 +99,7 @@ class FleetScreening:
     suspicious: Mapping[str, str] = field(default_factory=dict)
     suspicious_share: float = 0.0
     unused: int = 0
+    unusable_pairs: str = ""
 
     @property
     def headline(self) -> str:
@@ -107,6 +110,7 @@ class FleetScreening:
         verdicts_text = ", ".join(f"{name} in {100.0 * share:.1f} %" for name, share in self.verdicts.items())
         missing = len(self.refused) + len(self.unread)
         refused_text = f"; {missing} of {count_text(self.profiles, 'file')} could not be read" if missing else ""
+        refused_text += f"; {self.unusable_pairs}" if self.unusable_pairs else ""
         if self.suspicious:
             refused_text += (
                 f"; {describe_suspicious(len(self.suspicious), self.profiles)}, and"
@@ -200,9 +204,10 @@ def run_fleet(
             definition, candidate_list, lambda some: read_profiles(definition, some, folder, open_jobs)
         )
         profiles, pairs = paired.profiles, paired.pairs
-        write_table([profile.row for profile in profiles], folder / PROFILES)
         pair_run, reused_files = replace(open_jobs, progress=progress.get("pairs")), len(open_jobs.reused)
         failed = screen_pairs(definition, profiles, pairs, folder, pair_run)
+        # until here an interrupted run leaves the tables of an earlier run complete
+        write_table([profile.row for profile in profiles], folder / PROFILES)
         verdict_weights = write_screen(definition, profiles, pairs, failed, folder)
         write_text(folder / FLEET_FILE, path.read_text("utf-8"))
         screened = FleetScreening(
@@ -212,6 +217,7 @@ def run_fleet(
             verdicts={name: share for name, share in verdict_weights.items() if share},
             profiles=len(profiles) - paired.count_files(UNUSED),
             unused=paired.count_files(UNUSED),
+            unusable_pairs=paired.unusable_text,
             refused=list_reasons(profiles, REFUSED),
             unread=list_reasons(profiles, UNREAD),
             suspicious=list_reasons(profiles, SUSPICIOUS),
@@ -249,6 +255,7 @@ def _make_record(fleet: Fleet, path: Path, screened: FleetScreening) -> dict[str
         "unscreened_pairs": screened.unscreened,
         "files": screened.profiles,
         "unused_files": screened.unused,
+        "unusable_pairs": screened.unusable_pairs,
         "refused_files": dict(screened.refused),
         "unread_files": dict(screened.unread),
         "suspicious_files": dict(screened.suspicious),
