@@ -75,6 +75,7 @@ def test_the_command_has_a_way_back_to_the_defaults(mixed_study, capsys):
 
 
 def test_stored_creepages_stay_with_new_friction(mixed_study):
+    pytest.importorskip("fecontact.features.creep")
     with pytest.raises(InputError, match="no friction coefficient is given"):
         fecontact.judge(mixed_study, creep={"force_limit": 0.1})
     stored = Creep(friction=0.3, xi=1e-3)

@@ -174,6 +174,7 @@ def creep_record(hertz_N, fe_N, uncertainty_percent):
 
 @pytest.mark.parametrize("side", ["left", "right"])
 def test_a_wheel_without_contact_is_stated_and_the_other_is_solved(side, monkeypatch, tmp_path):
+    pytest.importorskip("fecontact.features.creep")
     results = remove_contact(run(), side)
     wheels = list_wheels(results)
     solved_cases = []
@@ -209,6 +210,7 @@ def test_the_sum_of_t_gamma_adds_the_wheels_and_their_uncertainties():
 
     The uncertainties of 5 and 2 % are 0.5 and 0.8 of 50 N.
     """
+    pytest.importorskip("fecontact.features.creep")
     records = [{"creep": creep_record(12.0, 10.0, 5.0)}, {"creep": creep_record(30.0, 40.0, 2.0)}]
     judged_wheels = replace(answered(run(), "HOLDS", "HOLDS"), records=tuple(records))
     sentences = describe_solved_wheels(judged_wheels)
