@@ -25,6 +25,7 @@ from cyclopts import (
 from fecontact import __version__, feature_registry
 from fecontact.commands import looking, mapping, results, solving, start
 from fecontact.console.help_pages import find_help_page
+from fecontact.console.options import refuse_fractions
 from fecontact.console.streams import escaping_output
 from fecontact.errors import FecontactError, InputError, is_memory_shortage, shorten_words
 from fecontact.inputs.texts import escape_line, explain_former_name
@@ -37,6 +38,7 @@ app = App(
     version=__version__,
     # options have no second form with --no-
     default_parameter=Parameter(negative=()),
+    config=(refuse_fractions,),
     group_commands=Group("Options", sort_key=9),
     help="Where does Hertz's ellipse hold for a railway wheel on a rail?",
     help_epilogue="Exit codes: 0 success; 1 results differ (compare) or a check fails (validate, doctor); 2 bad input;"

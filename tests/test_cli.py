@@ -64,6 +64,30 @@ def test_the_endings_of_all_options_that_write_a_file_are_checked():
     assert options == {f"{line.split()[0]} {line.split()[-1]}" for line in WRITTEN_FILES}
 
 
+def test_a_fraction_for_a_whole_number_is_refused_and_not_rounded(capsys):
+    commands = {(name,): app[name] for name in app if not name.startswith("-")}
+    commands |= {("fleet", name): app["fleet"][name] for name in app["fleet"] if not name.startswith("-")}
+    options = {
+        (*words, argument.name)
+        for words, command in commands.items()
+        if command.default_command is not None
+        for argument in command.assemble_argument_collection(parse_docstring=True)
+        if argument.hint in (int, int | None)
+    }
+    assert {("run", "--workers"), ("fleet", "examples", "--wheels"), ("fleet", "sample", "--seed")} <= options
+    for *words, option in sorted(options):
+        assert call([*words, f"{option}=2.9"]) == 2
+        assert capsys.readouterr().err.startswith(f"error: {option} is 2.9; allowed: whole numbers; give ")
+    for number in ("-0.4", "1.e999", "two", ""):
+        assert call(["fleet", "examples", "folder", f"--wheels={number}"]) == 2
+        assert capsys.readouterr().err.startswith(f"error: --wheels is {number or 'empty'}; allowed: whole numbers; ")
+
+
+def test_a_whole_number_may_have_zeros_as_its_fraction(tmp_path, capsys):
+    assert call(["fleet", "examples", str(tmp_path), "--wheels", "2.0", "--rails", "1", "--seed", "+1"]) == 0
+    assert len(list((tmp_path / "wheels").iterdir())) == 2
+
+
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

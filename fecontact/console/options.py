@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, make_dataclass, replace
 from functools import cache, cached_property
 from typing import Annotated, Any, Protocol, TypeVar, get_args
 
+from cyclopts import App, ArgumentCollection, Parameter
 from cyclopts import Group as Panel
-from cyclopts import Parameter
 
 from fecontact.case import INPUTS, Case, Group, make_case
 from fecontact.errors import InputError
@@ -338,6 +338,39 @@ def _make_options_class(options: Sequence[CaseOption]) -> Any:
         },
     )
     return Parameter(name="*")(values)
+
+
+# --- Whole numbers.
+
+_WHOLE_NUMBER = re.compile(r"[+-]?[0-9]+(\.0*)?")
+
+
+def refuse_fractions(_app: App, _commands: tuple[str, ...], arguments: ArgumentCollection) -> None:
+    """Refuse options for whole numbers with a different value, which cyclopts would round.
+
+    cyclopts calls this function before it converts the words of a command.
+
+    Parameters
+    ----------
+    _app, _commands
+        Command and the words that name it.
+    arguments
+        Options of the command with their words.
+
+    Raises
+    ------
+    InputError
+        For the first word that is not a whole number.
+    """
+    for argument in arguments:
+        if int not in (argument.hint, *get_args(argument.hint)):
+            continue
+        for token in argument.tokens:
+            if not _WHOLE_NUMBER.fullmatch(token.value):
+                raise InputError(
+                    f"{argument.name} is {token.value or 'empty'}; allowed: whole numbers; give a number without a"
+                    " fraction, such as 2"
+                )
 
 
 # --- Shifts and loads of a map or of a contact table, as written on the command line.
