@@ -449,6 +449,14 @@ def test_without_pyarrow_the_command_names_the_remedy(tmp_path, monkeypatch, cap
     assert "pip install 'fecontact[fleet]'" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("seed", [-1, 2**60])
+def test_a_seed_outside_its_range_is_refused_before_anything_is_written(tmp_path, capsys, seed):
+    folder = tmp_path / "examples"
+    assert call(["fleet", "examples", str(folder), "--wheels", "1", "--rails", "1", "--seed", str(seed)]) == 2
+    assert f"error: seed is {seed}; allowed: whole numbers from 0 to 9.00719925474e+15;" in capsys.readouterr().err
+    assert not folder.exists()
+
+
 def test_examples_are_the_same_for_a_seed_and_say_what_they_are(tmp_path):
     for name, seed in (("a", 3), ("b", 3), ("c", 4)):
         assert (

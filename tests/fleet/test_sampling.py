@@ -40,6 +40,8 @@ def test_another_seed_draws_others_and_is_refused_for_an_old_sample(fleet, sampl
     assert keys(draw_sample(fleet.folder, 60, seed=2).rows) != keys(draw_sample(fleet.folder, 60, seed=3).rows)
     sampled(fleet, 60, 2)
     assert draw_sample(fleet.folder, 90).seed == 2
+    with pytest.raises(InputError, match=r"^seed is -1; allowed: whole numbers from 0 to "):
+        draw_sample(fleet.folder, 90, seed=-1)
     with pytest.raises(InputError, match=r"--seed is 3; earlier draws of this sample have seed 2; leave out --seed"):
         draw_sample(fleet.folder, 90, seed=3)
     with pytest.raises(InputError, match="--finite-elements is 1; allowed: at least 2"):

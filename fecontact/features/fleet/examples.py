@@ -13,7 +13,7 @@ import numpy as np
 
 from fecontact.case import INPUTS
 from fecontact.errors import InputError
-from fecontact.features.fleet.model import FleetSettings
+from fecontact.features.fleet.model import FleetSettings, refuse_wrong_seed
 from fecontact.files import refuse_different_files, remove_unfinished, write_text
 from fecontact.inputs.slots import list_input_places
 from fecontact.inputs.templates import fill_toml_template
@@ -67,12 +67,13 @@ def write_fleet(folder: Path, *, wheels: int = 10, rails: int = 10, seed: int = 
     Raises
     ------
     InputError
-        If the numbers of wheels and rails are out of range, or a file with different content exists already; then
-        nothing is written. So the same call resumes an interrupted one.
+        If the numbers of wheels and rails or the seed are out of range, or a file with different content exists
+        already; then nothing is written. So the same call resumes an interrupted one.
     """
     for body, count in (("wheels", wheels), ("rails", rails)):
         if not 1 <= count <= _MOST_PROFILES:
             raise InputError(f"{body} is {count}; allowed: 1 to {_MOST_PROFILES}; give a number in this range")
+    refuse_wrong_seed(seed)
     if folder.is_dir():
         if not force:
             _refuse_different_files(folder, wheels, rails, seed)

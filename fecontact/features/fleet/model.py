@@ -14,7 +14,7 @@ from fecontact.errors import InputError
 from fecontact.features.fleet.table_columns import POSITION_LAYOUT
 from fecontact.files import read_toml
 from fecontact.inputs.kinds import choice_field, custom_field, number_field, to_float
-from fecontact.inputs.slots import input_dataclass, read_table
+from fecontact.inputs.slots import input_dataclass, list_input_places, read_table
 from fecontact.inputs.texts import count_text
 from fecontact.inputs.user_tables import read_user_table
 from fecontact.profiles.library import is_library_name
@@ -226,6 +226,23 @@ class FleetSettings:
         inclusive=False,
         remedy="4 to 8 mm is usual; leave it out to judge all usual filters",
     )
+
+
+def refuse_wrong_seed(seed: int) -> None:
+    """Refuse a seed outside the range that the file of a fleet allows.
+
+    Parameters
+    ----------
+    seed
+        Seed of random draws.
+
+    Raises
+    ------
+    InputError
+        With the value, the allowed range and the remedy.
+    """
+    description = next(place.input for place in list_input_places(FleetSettings()) if place.field == "seed")
+    description.check(seed)
 
 
 @dataclass(frozen=True, kw_only=True)

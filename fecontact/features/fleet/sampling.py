@@ -16,6 +16,7 @@ import numpy as np
 from fecontact.case import Case
 from fecontact.errors import InputError, is_usable_status
 from fecontact.features.fleet.estimate import allocate_draws, find_draw_scale
+from fecontact.features.fleet.model import refuse_wrong_seed
 from fecontact.features.fleet.sealed_folder import (
     FLEET_RECORD,
     SAMPLE,
@@ -92,12 +93,15 @@ def draw_sample(folder: Path, draws: int, seed: int | None = None) -> FleetSampl
     Raises
     ------
     InputError
-        If `draws` is less than two, earlier draws have a different seed, or a table of the fleet was changed.
+        If `draws` is less than two, the seed is out of range, earlier draws have a different seed, or a table of the
+        fleet was changed.
     """
     if draws < 2:
         raise InputError(
             f"--finite-elements is {draws}; allowed: at least 2; 300 give an interval of about 2 percentage points"
         )
+    if seed is not None:
+        refuse_wrong_seed(seed)
     with open_tables(folder) as tables:
         screen = digest_screen(read_json(folder / FLEET_RECORD))
         seed = _find_seed(tables, seed)
