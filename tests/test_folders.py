@@ -16,6 +16,7 @@ from kept import keep_case
 import fecontact
 from fecontact.cli import _system_error, call
 from fecontact.errors import InputError
+from fecontact.jobs.store import LOCK, lock_folder
 from fecontact.runs import store
 from fecontact.runs.folder import prepare_for_case, prepare_for_study
 
@@ -121,6 +122,50 @@ def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_qui
 
 
 @pytest.mark.parametrize(
+    ("command", "names"),
+    [
+        ("run", ["study.csv"]),
+        ("run", ["report.html", "study.json", "study_left.pvd"]),
+        ("map", ["map.csv"]),
+        ("map", ["map.json", "report.html"]),
+        ("solve", ["case.png", "report.html", "row.json"]),
+        ("wheelset", ["report.html", "wheelset.csv"]),
+    ],
+)
+def test_files_of_the_user_with_the_names_of_results_are_not_overwritten(command, names, solve, tmp_path, capsys):
+    study, out = tmp_path / "study.toml", tmp_path / "out"
+    study.write_text("[[case]]\nload_kN = 60\n", "utf-8")
+    out.mkdir()
+    for name in names:
+        (out / name).write_text('{"mine": 1}', "utf-8")
+    words = {
+        "run": ["run", str(study)],
+        "map": ["map", *PAIR, "--shifts", "0", "--loads-kn", "60"],
+        "solve": ["solve", *PAIR],
+        "wheelset": ["solve", "--wheelset"],
+    }[command]
+    assert call([*words, "--out", str(out)]) == 2
+    assert (
+        f"error: {out} has {', '.join(names)}, which no run of this program wrote and which would be overwritten; give"
+        " another --out, or --force" in capsys.readouterr().err
+    )
+    assert solve == []
+    assert {path.name: path.read_text("utf-8") for path in out.iterdir()} == dict.fromkeys(names, '{"mine": 1}')
+    prepare_for_study(out, "study", force=True)
+
+
+def test_the_files_of_an_interrupted_study_are_results(tmp_path):
+    with lock_folder(tmp_path):
+        (tmp_path / "study.csv").write_text("id\n", "utf-8")
+    prepare_for_study(tmp_path, "mine")
+
+
+def test_a_file_of_the_user_beside_the_results_does_not_matter(tmp_path):
+    (tmp_path / "study.toml").write_text("[[case]]\n", "utf-8")
+    prepare_for_study(tmp_path, "mine")
+
+
+@pytest.mark.parametrize(
     ("file", "record", "goes"),
     [
         ("study.json", {"study": "mine"}, "mine"),
@@ -131,6 +176,7 @@ def test_a_folder_with_other_results_is_taken_by_force_alone(solve, elliptic_qui
 )
 def test_a_study_goes_on_in_its_own_folder_and_in_no_other(file, record, goes, tmp_path):
     (tmp_path / file).write_text(json.dumps(record))
+    (tmp_path / LOCK).touch()
     if goes:
         prepare_for_study(tmp_path, goes)
     else:

@@ -28,6 +28,7 @@ from fecontact.maps.report import count_fitting_pictures, write_result_report
 from fecontact.maps.views import refuse_measure
 from fecontact.maps.yaw_map import MapResult, YawMap, format_yaw, list_maps, require_yaws_rad
 from fecontact.outputs.records.results import case_inputs
+from fecontact.outputs.study_report import REPORT_FILE
 from fecontact.packages import require_finite_elements
 from fecontact.runs.cost import sort_longest_first
 from fecontact.runs.folder import prepare_folder
@@ -268,6 +269,7 @@ class _MapRun:
 # --- Folder of a map before the solution, and maps from Python, as `fecontact map` solves them.
 
 # inputs of the case of a map that its positions and loads replace, or that only judge
+_MAP_FILES = ("map.csv", "map.json", "map.png", "contacts.csv", "stiffness.csv", REPORT_FILE)
 _IGNORED_INPUTS = ("lateral_shift_mm", "yaw_rad", "load_N", "criteria", "creep")
 
 
@@ -321,7 +323,7 @@ def prepare_for_map(
         )
         return has_same_places and all(stored["case"].get(name) == value for name, value in stored_form.items())
 
-    prepare_folder(out, "map.json", is_own, force)
+    prepare_folder(out, "map.json", is_own, force, _MAP_FILES)
 
 
 def map_(

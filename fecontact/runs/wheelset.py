@@ -12,11 +12,11 @@ from fecontact.files import write_json
 from fecontact.inputs.texts import count_text
 from fecontact.outputs.case_words import case_words
 from fecontact.outputs.cases import ReportedCase
-from fecontact.outputs.study_report import DrawnCase, write_study_report
+from fecontact.outputs.study_report import REPORT_FILE, DrawnCase, write_study_report
 from fecontact.outputs.tables import write_csv
-from fecontact.runs.folder import prepare_for_case
+from fecontact.runs.folder import prepare_for_case, refuse_foreign_files
 from fecontact.runs.report import keep_with_report
-from fecontact.runs.store import CaseRecords
+from fecontact.runs.store import SOLUTION_FILE, CaseRecords
 from fecontact.solving.solve import CaseResult
 from fecontact.solving.wheelset_solution import WheelsetCases, WheelsetResults
 
@@ -39,10 +39,12 @@ def prepare_for_wheelset(out: Path, cases: WheelsetCases, *, force: bool = False
     Raises
     ------
     InputError
-        If a folder has other results; the message names them.
+        If a folder has other results, or files of the user; the message names them.
     OSError
         If a folder cannot be written.
     """
+    if not force and not any((out / side / SOLUTION_FILE).is_file() for side in cases):
+        refuse_foreign_files(out, (WHEELSET_TABLE, WHEELSET_FILE, REPORT_FILE))
     for side, case in cases.items():
         prepare_for_case(out / side, case, force=force)
 

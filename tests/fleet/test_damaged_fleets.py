@@ -457,6 +457,61 @@ def test_nothing_is_written_in_place_of_a_link_a_pipe_or_a_folder(copied, tmp_pa
     assert victim.read_text("utf-8") == "keep"
 
 
+# --- Files of the user.
+
+
+@pytest.mark.parametrize("name", ["profiles.parquet", "fleet.json", "fleet.toml"])
+def test_files_of_the_user_are_not_replaced_by_a_screening(tmp_path, name, capsys):
+    out, path = tmp_path / "out", fleet_file(tmp_path / "mine.toml")
+    out.mkdir()
+    (out / name).write_text('{"mine": 1}', "utf-8")
+    assert call(["fleet", "run", str(path), "--out", str(out)]) == 2
+    error = f"error: {out} has {name}, which no run of this program wrote and which would be overwritten; give another"
+    assert error in capsys.readouterr().err
+    with pytest.raises(InputError, match="no run of this program wrote"):
+        run(path, out)
+    assert {file.name: file.read_text("utf-8") for file in out.iterdir()} == {name: '{"mine": 1}'}
+
+
+def test_a_fleet_is_screened_into_the_folder_of_its_file(tmp_path):
+    path = fleet_file(tmp_path / "fleet.toml")
+    text = path.read_text("utf-8")
+    assert run(path, tmp_path).pairs == 2
+    assert path.read_text("utf-8") == text
+    assert run(path, tmp_path).reused == 2
+
+
+@pytest.mark.parametrize("name", ["report.html", "answer.csv", "answer.json"])
+def test_files_of_the_user_are_not_replaced_by_a_report(copied, name, capsys):
+    out = copied / "out"
+    for report_file in ("report.html", "answer.csv", "answer.json"):
+        (out / report_file).unlink(missing_ok=True)
+    (out / name).write_text('{"mine": 1}', "utf-8")
+    assert call(["fleet", "report", str(out)]) == 2
+    error = f"error: {out} has {name}, which no report of this fleet wrote and which would be overwritten; move or"
+    assert error in capsys.readouterr().err
+    assert (out / name).read_text("utf-8") == '{"mine": 1}'
+    (out / name).rename(out / "mine")
+    assert call(["fleet", "report", str(out)]) == 0
+    assert call(["fleet", "report", str(out)]) == 0
+
+
+def test_a_killed_report_is_written_again(copied, monkeypatch):
+    out = copied / "out"
+
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("fecontact.features.fleet.report.render_page", stop)
+        assert call(["fleet", "report", str(out)]) == 130
+    assert (out / "answer.csv").exists()
+    # the tables change before the next report
+    assert not run(copied / "other.toml", out, force=True).removed_report
+    assert call(["fleet", "report", str(out)]) == 0
+    assert (out / "report.html").exists()
+
+
 # --- Results of a different fleet.
 
 

@@ -95,14 +95,16 @@ def report(folder: Path, /, *, json: bool = False) -> int:
     from fecontact.features.fleet.answer import evaluate_fleet
     from fecontact.features.fleet.checking import open_fleet
     from fecontact.features.fleet.report import make_answer_rows, make_report_parts, write_report
-    from fecontact.features.fleet.sealed_folder import lock_fleet
+    from fecontact.features.fleet.sealed_folder import lock_fleet, mark_report, refuse_foreign_report
     from fecontact.features.fleet.suspicious_files import make_suspicious_parts
 
     with lock_fleet(folder):
+        refuse_foreign_report(folder)
         # opened after the tables have been checked
         open_once = cache(partial(open_fleet, folder))
         fleet_answer = evaluate_fleet(folder, lambda *position: open_once().case(*position))
         screened = open_once()
+        mark_report(folder)
         page = write_report(fleet_answer, folder, screened.case, make_suspicious_parts(screened))
     tell(
         make_answer_rows(fleet_answer) if json else fleet_answer,

@@ -47,6 +47,7 @@ _FILES = (
     f"{SAMPLE_FOLDER}/run.log",
 )
 _PART_NAME = re.compile(r"part-\d{6}\.parquet")
+_REPORT_KIND, _UNFINISHED_REPORT = "fleet report", ""
 # Columns of every table that a screening wrote, also by earlier versions.
 _PART_COLUMNS = {"wheel", "rail", "weight", "shift_mm", "load_kN", "verdict"}
 # Characters of a pattern in the names that DuckDB reads.
@@ -137,14 +138,23 @@ def prepare_for_fleet(file: Path, out: Path, *, force: bool = False) -> None:
     Raises
     ------
     InputError
-        If the folder has other results, is not readable as a folder of a fleet, or has links in place of its files.
+        If the folder has other results or files of the user with the names of the results, is not readable as a folder
+        of a fleet, or has links in place of its files.
     OSError
         If the folder cannot be written.
     """
     _refuse_name(file, "the path of the fleet")
     _refuse_name(out, "--out")
     refuse_links(out)
-    prepare_folder(out, FLEET_RECORD, lambda stored: _is_same_fleet(stored, file, out), force)
+    written_files = [FLEET_RECORD, PROFILES]
+    if not _has_equal_text(out / FLEET_FILE, file):
+        written_files.append(FLEET_FILE)
+    prepare_folder(out, FLEET_RECORD, lambda stored: _is_same_fleet(stored, file, out), force, written_files)
+
+
+def _has_equal_text(copy: Path, file: Path) -> bool:
+    """Whether the copy of a fleet's file exists and has the text of the file."""
+    return copy.is_file() and file.is_file() and copy.read_bytes() == file.read_bytes()
 
 
 def _refuse_name(path: Path, subject: str) -> None:
@@ -193,12 +203,7 @@ def _is_same_fleet(stored: Mapping[str, Any], file: Path, out: Path) -> bool:
     places = {(out.resolve() / stored["file"]).resolve(), (stored_folder / Path(stored["file"]).name).resolve()}
     if present in places:
         return True
-    text_file = out / FLEET_FILE
-    return (
-        present.parent == stored_folder.resolve()
-        and text_file.is_file()
-        and text_file.read_bytes() == present.read_bytes()
-    )
+    return present.parent == stored_folder.resolve() and _has_equal_text(out / FLEET_FILE, present)
 
 
 def refuse_links(out: Path) -> None:
@@ -506,8 +511,52 @@ def write_answer_record(folder: Path, headline: str, record: Mapping[str, Any], 
     files
         Files of the report.
     """
-    content = {"kind": "fleet report", "headline": headline, "tables": _digest_tables(record)}
+    content = {"kind": _REPORT_KIND, "headline": headline, "tables": _digest_tables(record)}
     write_sealed(folder / ANSWER_RECORD, content, files)
+
+
+def refuse_foreign_report(folder: Path) -> None:
+    """Refuse a folder with files that a report would overwrite and no report wrote.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+
+    Raises
+    ------
+    InputError
+        With the names of the files.
+    """
+    names = [name for name in (REPORT_FILE, ANSWER, ANSWER_RECORD) if (folder / name).exists()]
+    if names and not _has_report(folder):
+        raise InputError(
+            f"{folder} has {', '.join(names)}, which no report of this fleet wrote and which would be overwritten; move"
+            " or rename them"
+        )
+
+
+def mark_report(folder: Path) -> None:
+    """Write an `answer.json` without files before the first report.
+
+    It tells the files of a killed report from files of the user.
+
+    Parameters
+    ----------
+    folder
+        Folder of a screened fleet.
+    """
+    if not _has_report(folder):
+        write_sealed(folder / ANSWER_RECORD, {"kind": _REPORT_KIND, "headline": "", "tables": _UNFINISHED_REPORT})
+
+
+def _has_report(folder: Path) -> bool:
+    """Whether a report of a fleet was written into its folder, or was begun."""
+    try:
+        document = read_json(folder / ANSWER_RECORD)
+    except InputError:
+        return False
+    return isinstance(document, dict) and document.get("kind") == _REPORT_KIND
 
 
 def _digest_tables(record: Mapping[str, Any]) -> str:
@@ -531,7 +580,7 @@ def remove_outdated_report(folder: Path) -> bool:
     path = folder / ANSWER_RECORD
     try:
         report, record = _read_sealed(path, ""), _read_sealed(folder / FLEET_RECORD, "")
-        if report.get("tables") == _digest_tables(record):
+        if report.get("tables") in (_UNFINISHED_REPORT, _digest_tables(record)):
             return False
     except InputError:
         # no report, or a changed one
