@@ -197,7 +197,7 @@ def test_a_folder_that_cannot_be_written_is_named_without_temporary_files(tmp_pa
 
     monkeypatch.setattr(Path, "write_bytes", refuse)
     with pytest.raises(PermissionError) as refused:
-        prepare_folder(tmp_path, "fleet.json", lambda stored: True, force=False)
+        prepare_folder(tmp_path, "fleet.json", lambda stored: True, force=False, written_files=())
     assert refused.value.filename == str(tmp_path)
     monkeypatch.setattr(Path, "mkdir", refuse)
     job = Job(name="a", folder=tmp_path / "profiles/a", origin=reading.find_origin(), origin_here=None, work=None)  # type: ignore[arg-type]
