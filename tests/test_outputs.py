@@ -66,7 +66,15 @@ from fecontact.outputs.records.stored import (
 from fecontact.outputs.series import split_into_series
 from fecontact.outputs.study_files import _write_collections, study_figures
 from fecontact.outputs.study_report import parts_of_rows
-from fecontact.outputs.style import DPI, SERIES_COLOURS, blank_figure, encode_png, render_svg, series_style
+from fecontact.outputs.style import (
+    DPI,
+    SERIES_COLOURS,
+    blank_figure,
+    render_image,
+    render_svg,
+    save_image,
+    series_style,
+)
 from fecontact.outputs.terminal import print_parts
 from fecontact.outputs.theory_records import judged_theories
 from fecontact.outputs.words import MEASURE_WORDS, criteria_text
@@ -1267,10 +1275,11 @@ def raise_full_disk(*arguments: object) -> None:
     raise OSError("the disk is full")
 
 
-def test_a_png_has_the_pixels_of_its_image_and_the_resolution_of_all_pictures():
-    pixels = np.random.default_rng(1).integers(0, 256, (40, 30, 3), dtype=np.uint8)
-    content = encode_png(PIL.Image.fromarray(pixels))
-    with PIL.Image.open(io.BytesIO(content)) as image:
+def test_a_png_has_the_pixels_of_its_figure_and_the_resolution_of_all_pictures(tmp_path):
+    figure = blank_figure(2.0, 1.0)
+    figure.add_subplot().plot([0.0, 1.0])
+    pixels = np.asarray(render_image(figure))
+    with PIL.Image.open(save_image(figure, tmp_path / "picture.png")) as image:
         image.load()
         assert image.mode == "RGB"
         assert np.array_equal(np.asarray(image), pixels)

@@ -7,9 +7,7 @@ gives the meaning of each colour too.
 from __future__ import annotations
 
 import base64
-import struct
 import threading
-import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -40,7 +38,8 @@ DPI = 130
 MM_PER_INCH = 25.4
 PICTURE_ENDINGS = (".png", ".svg")
 """Endings of a picture; both files are written."""
-# Compression level of PNG, of at most 9. Level 4 takes 1.5 times as long and saves 6 %.
+# Compression level of PNG, of at most 9. Level 4 takes a fifth longer and saves 2 %, level 6 takes 1.5 times as long
+# and saves 5 %.
 _PNG_COMPRESSION = 3
 # A logarithmic axis has numbers between the decades if the ratio of its end to its beginning is below this.
 _NARROW_RANGE_RATIO = 300.0
@@ -235,42 +234,11 @@ def save_image(figure: Figure, path: Path) -> Path:
     Path
         The written file.
     """
-    content = encode_png(render_image(figure))
-    write_atomically(path, lambda temporary: temporary.write_bytes(content))
-    return path
-
-
-def encode_png(image: Image) -> bytes:
-    """Encode an image as PNG with the resolution `DPI`.
-
-    Pillow tries five filters for each row. Without filters the encoding takes 0.4 times as long, and files of pictures
-    are 2 to 6 % larger.
-
-    Parameters
-    ----------
-    image
-        Image in the mode RGB.
-
-    Returns
-    -------
-    bytes
-        Content of a PNG file.
-    """
-    pixels = np.asarray(image)
-    height, width, _ = pixels.shape
-    # each row begins with the number of its filter, which is 0
-    rows = np.pad(pixels.reshape(height, -1), ((0, 0), (1, 0)))
-    pixels_per_metre = round(1e3 * DPI / MM_PER_INCH)
-    chunks = {
-        b"IHDR": struct.pack(">2I5B", width, height, 8, 2, 0, 0, 0),
-        b"pHYs": struct.pack(">2IB", pixels_per_metre, pixels_per_metre, 1),
-        b"IDAT": zlib.compress(rows.data, _PNG_COMPRESSION),
-        b"IEND": b"",
-    }
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
-        for kind, content in chunks.items()
+    image = render_image(figure)
+    write_atomically(
+        path, lambda temporary: image.save(temporary, "PNG", compress_level=_PNG_COMPRESSION, dpi=(DPI, DPI))
     )
+    return path
 
 
 # Settings of matplotlib are global, so threads draw one after the other.
