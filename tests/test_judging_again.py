@@ -116,3 +116,9 @@ def test_an_unresolved_row_names_its_least_certain_measure(mixed_study, capsys):
     assert re.search(
         r"\+0\.00 mm, 100 kN: UNRESOLVED: least certain: peak pressure [+-]0\.\d\d % ± 0\.\d\d %\n", output
     )
+
+
+def test_the_first_help_page_says_that_values_stay_as_stored(capsys):
+    assert call(["judge", "--help"]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "--p-max-percent" in line]
+    assert "in peak pressure in % [stored]" in line

@@ -57,13 +57,9 @@ class HelpPage:
         if title == COMMON_INPUTS_TITLE:
             if self.topic:
                 return
-            short = [
-                evolve(entry, description=brief_help or entry.description)
-                for entry in panel.entries
-                for is_stored in (STORED_DEFAULT in str(entry.description),)
-                for brief_help in (find_brief_help(entry.names[0], is_stored=is_stored),)
-            ]
-            panel = panel.copy(entries=short)
+            panel = panel.copy(
+                entries=[evolve(entry, description=_shorten_description(entry)) for entry in panel.entries]
+            )
         elif self.topic not in (topic, _ALL):
             return
         DefaultFormatter()(console, options, panel)
@@ -75,6 +71,13 @@ class HelpPage:
             return ""
         command = " ".join(("fecontact", *self.tokens[:-1]))
         return f"All {sum(self.topics.values())} inputs: {command} --help-all; by topic: --help {'|'.join(self.topics)}"
+
+
+def _shorten_description(option: Any) -> Any:
+    """Short description of an option, for the first page."""
+    # the help of all commands is Markdown; the text of a description is its source
+    is_stored = STORED_DEFAULT in option.description.primary_renderable.markup
+    return find_brief_help(option.names[0], is_stored=is_stored) or option.description
 
 
 def find_help_page(app: App, words: Sequence[str]) -> HelpPage | None:

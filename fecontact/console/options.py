@@ -167,7 +167,7 @@ def find_brief_help(option: str, *, is_stored: bool) -> str:
         Help in a single line; empty if the first page does not have the option.
     """
     helps = (
-        f"{_BRIEF[slot.place]} [{'as stored' if is_stored else slot.shown_default}]"
+        f"{_BRIEF[slot.place]} [{'stored' if is_stored else slot.shown_default}]"
         for slot in INPUTS
         if slot.place in _BRIEF and option in slot.names
     )
